@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
     from cqos_core.model.coverage import Coverage
-    from cqos_core.model.difference import Diff, Different, Missing, Named
     from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, Verdict
     from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.model.report import (
@@ -56,6 +55,7 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
+    from cqos_core.model.system_diff import Diff, Different, Missing, Named
 
 _HOMES: Final = (
     "model.problems",
@@ -64,7 +64,7 @@ _HOMES: Final = (
     "model.coverage",
     "model.settings",
     "model.system",
-    "model.difference",
+    "model.system_diff",
     "model.changes",
     "language.values",
     "analysis.plan",

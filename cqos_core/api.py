@@ -1,4 +1,4 @@
-"""What callers use: `check`, `explain`, `read`, `diff`, `apply`, plans. `cqos_core` re-exports it, with `check_pair` and `Session`."""
+"""The library: `check`, `explain`, `read`, `diff`, `apply`, plans. `cqos_core` re-exports it, with `check_pair` and `Session`."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import check_pair, pack_is_there
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
 from cqos_core.files.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.pipeline import Context, context, with_options
-from cqos_core.model.exact_places import exact_places
+from cqos_core.matching.pipeline import CheckContext, context, with_options
+from cqos_core.model.exact_columns import with_exact_columns
 from cqos_core.model.finding import Edit
 from cqos_core.model.system import System
 from cqos_core.plugins import Plugins, function
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.plan import RepairPlan
     from cqos_core.files.applying import Edited
-    from cqos_core.model.difference import Diff
     from cqos_core.model.finding import Remedy
     from cqos_core.model.report import PairReport, Report
+    from cqos_core.model.system_diff import Diff
     from cqos_core.packs.pack import RulePack
 
 
@@ -56,9 +56,9 @@ def check(
     packs = list(packs)
     where = context(packs, protocol)
     assumed = _by_pack(options or {}, where, packs)
-    system = tried_out(read(*inputs, importer=importer, protocol=protocol), protocol)
+    system = with_profiles_tried(read(*inputs, importer=importer, protocol=protocol), protocol)
     system = with_options(system, assumed, where)
-    return exact_places(check_system(system, where), system.sources)
+    return with_exact_columns(check_system(system, where), system.sources)
 
 
 def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, importer: str | None = None) -> Edited:
@@ -155,8 +155,8 @@ def _texts_of(
     protocol: str | None,
     options: Mapping[str, Mapping[str, SettingValue]],
     packs: Sequence[RulePack],
-) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System], Context]:
-    """Return the texts of inputs, by name, what reads them again with other texts, and what surrounds them."""
+) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System], CheckContext]:
+    """Return the texts of inputs by name, a function that reads them again with other texts, and the context of a check."""
     from cqos_core.files.applying import read_texts
 
     where = context(packs, protocol)
@@ -175,7 +175,7 @@ def _texts_of(
 
     def again(texts: Mapping[str, bytes]) -> System:
         systems = read_texts(names, {**sources, **texts}, importer, protocol=protocol)
-        return with_options(tried_out(merge(systems), protocol), given, where)
+        return with_options(with_profiles_tried(merge(systems), protocol), given, where)
 
     return sources, again, where
 
@@ -190,7 +190,7 @@ def diff(
     topics: Sequence[str] = (),
     ignored: Sequence[str] = (),
 ) -> Diff:
-    """Compare two systems: what they say differently about the same topics and endpoints, as far as both know it.
+    """Compare two systems: return the different values of the same topics and endpoints, as far as both are known.
 
     Args:
         a: a path, bytes or a `System`.
@@ -220,9 +220,9 @@ def _nested(name: str, value: object) -> dict[str, dict[str, object]]:
 
 
 def _by_pack(
-    options: Mapping[str, Mapping[str, SettingValue]], where: Context, packs: Sequence[RulePack]
+    options: Mapping[str, Mapping[str, SettingValue]], where: CheckContext, packs: Sequence[RulePack]
 ) -> Mapping[str, Mapping[str, SettingValue]]:
-    """Return options as they are given, where they are given by pack and each pack is there."""
+    """Return options unchanged; refuse options that are not given by pack, or of a missing pack."""
     for pack_id, settings in options.items():
         if not isinstance(settings, Mapping):
             raise TypeError(f"options are by rule pack, as in {_nested(pack_id, settings)}")
@@ -247,13 +247,13 @@ def explain(
     packs = list(packs)
     where = context(packs, protocol)
     assumed = _by_pack(options or {}, where, packs)
-    system = with_options(tried_out(read(*inputs, protocol=protocol), protocol), assumed, where)
+    system = with_options(with_profiles_tried(read(*inputs, protocol=protocol), protocol), assumed, where)
     return explain_pair(system, publisher, subscriber, where)
 
 
 __all__ = [
     "INFINITE",
-    "Context",
+    "CheckContext",
     "Plugins",
     "apply",
     "as_text",
@@ -261,7 +261,6 @@ __all__ = [
     "check_pair",
     "context",
     "diff",
-    "exact_places",
     "explain",
     "explain_pair",
     "faults",
@@ -269,5 +268,6 @@ __all__ = [
     "read",
     "repair",
     "suggest",
+    "with_exact_columns",
     "with_options",
 ]

@@ -1,7 +1,7 @@
 """Configuration of a project: ``cqos.toml``, or ``[tool.cqos]`` in ``pyproject.toml``, of the nearest folder above.
 
-It says what a system file may say too (options, severities, checks, accept), in the same words, and gives the command
-its defaults. What a system file says itself wins over it.
+It has options, severities, checks and accepted findings in the words of system files, and defaults of the command. A system
+file wins over it.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.files.ignoring import patterns
-from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
-from cqos_core.importers.reading import Reading, shown
-from cqos_core.importers.shapes import TEXT, TEXTS, one_of
+from cqos_core.importers.document_form import Form, Key, OneOrMore, SettingsMap
+from cqos_core.importers.source_reading import SourceReading, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.value_types import TEXT, TEXTS, one_of
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from cqos_core.files.ignoring import Patterns
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, System, TeamRule
@@ -77,13 +77,13 @@ CONFIG: Final = Form(
 
 @dataclass(frozen=True, slots=True)
 class Config:
-    """What a project has configured; everything may be absent.
+    """The configuration of a project; everything may be absent.
 
     Attributes:
         path: the file, None without one.
         options, severities, checks, accept: as in a system file.
         packs, baseline: paths that can be opened from where the process runs.
-        exclude: what a search of folders passes over.
+        exclude: patterns of files that a search of folders skips.
         serve: options of ``cqos serve``, as text.
         sources: the files that were read, with their bytes, for excerpts.
     """
@@ -104,7 +104,7 @@ class Config:
     sources: Mapping[str, bytes] = field(default_factory=dict)
 
     def apply_to(self, system: System) -> System:
-        """Return ``system`` with this configuration laid under what the system says itself."""
+        """Return ``system`` with this configuration below its own statements."""
         options = {pack: dict(settings) for pack, settings in self.options.items()}
         for pack, settings in system.options.items():
             options.setdefault(pack, {}).update(settings)
@@ -120,7 +120,7 @@ class Config:
         )
 
     def over(self, base: Config) -> Config:
-        """Return this configuration over one that it extends."""
+        """Return this configuration with the values of ``base`` where it states none."""
         names = {check.name for check in self.checks}
         packs = {*base.options, *self.options}
         return Config(
@@ -211,7 +211,7 @@ def load_config(path: str | Path, texts: Mapping[str, bytes] | None = None) -> C
     problems: list[Problem] = []
     config = _load(str(path), (), None, problems, texts or {})
     if problems:
-        from cqos_core.importers.notation import in_notation
+        from cqos_core.importers.advice_notation import in_notation
 
         raise InputError([*map(in_notation, problems)])
     return config
@@ -236,7 +236,7 @@ def _load(
         problems.append(Problem("CQ007", f"cannot open {shown(path)}: {reason}", named_at or Place(path)))
         return Config()
     data = open_text
-    reading = Reading(Source(path, data), problems, [])
+    reading = SourceReading(Source(path, data), problems, [])
     entry = _read(reading)
     if entry is None:
         return Config(path, sources={path: data})
@@ -281,7 +281,7 @@ def _excluded(lines: Sequence[str], folder: Path) -> tuple[Patterns, ...]:
 _AT = regular_expression(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 
-def _read(reading: Reading) -> Entry | None:
+def _read(reading: SourceReading) -> Entry | None:
     """Read the file by its form; None where it is no TOML."""
     name = reading.source.name
     try:
@@ -325,7 +325,7 @@ _Path: TypeAlias = tuple[str | int, ...]
 
 
 class _At(NamedTuple):
-    """Where a key is stated, and its value."""
+    """The position of a key and of its value."""
 
     line: int | None = None
     key: int | None = None
@@ -333,7 +333,7 @@ class _At(NamedTuple):
 
 
 def _node(value: Any, path: _Path, places: Mapping[_Path, _At], above: _At) -> Node:
-    """Return a parsed value as a tree; what has no place of its own has the line of what it is part of."""
+    """Return a parsed value as a tree; a part without a place of its own has the line of its parent."""
     at = places.get(path, _At(above.line))
     if isinstance(value, dict):
         node = MappingNode(at.line, at.value)

@@ -1,4 +1,4 @@
-"""What plugins can register, and how C-QoS finds and loads them.
+"""Descriptors that plugins register, and the loading of plugins.
 
 Our own parts use the entry-point group ``cqos`` as others do. Hooks hand over light descriptors; what these name is imported
 on use. Each plugin is loaded alone: `Plugins.broken` has those that failed. ``docs/plugins.md`` says how to write one.
@@ -17,7 +17,7 @@ import pluggy
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, MissingError, PackError, describe, keep_traceback
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
     import click
 
-    from cqos_core.model.entrance import EntranceFinder
+    from cqos_core.model.folder_suggestion import FolderSuggester
     from cqos_core.model.report import Report
     from cqos_core.model.source import Claim, Inserter, Reader
     from cqos_core.model.style import Style
-    from cqos_core.packs.drawn import DrawnForm
+    from cqos_core.packs.drawing_form import DrawnForm
     from cqos_core.packs.export import Writer
     from cqos_core.packs.pack import RulePack
 
@@ -42,7 +42,7 @@ FILES_VARIABLE: Final = "CQOS_PACK_FILES"
 """The environment variable that names rule pack files, which count as installed; `cqos serve --pack` sets it for its processes."""
 NOT_LOADED: Final = "could not be loaded and is left out"
 FAULTS: Final = (Exception, SystemExit)
-"""What to expect of a foreign plugin: it may also call ``sys.exit``."""
+"""Exceptions to expect of a plugin: it may also call ``sys.exit``."""
 
 hookspec = pluggy.HookspecMarker(GROUP)
 hookimpl = pluggy.HookimplMarker(GROUP)
@@ -71,7 +71,7 @@ class RulePackInfo:
 
     @property
     def name(self) -> str:
-        """What it is called, as with all descriptors: its id."""
+        """Its id, under the attribute that all descriptors have."""
         return self.id
 
     def load(self) -> RulePack:
@@ -96,7 +96,7 @@ class ImporterOption:
     Attributes:
         option: as on the command line (``--launch``).
         switch: of the importer; its value has one line for each time that the option is given.
-        metavar: what its value is called in the help (``FILE``).
+        metavar: name of its value in the help (``FILE``).
     """
 
     option: str
@@ -122,11 +122,11 @@ class ImporterInfo:
         drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none. The reader of a drawing has the switch
             ``lines=false``, with which places that name an element have no line.
         shares_names: its files refer to what other files of this format define, by name.
-        options: what it adds to the command line.
+        options: those that it adds to the command line.
         folders_with: the switch with which it reads a folder as one system, in place of the files in it; empty: it reads files only.
             The reader then has the folder as the name of a source without bytes.
-        entrances: ``"module:function"``, an `EntranceFinder`: says how what no importer reads as it is named is read with
-            ``folders_with``; the module must be light.
+        folder_suggestions: ``"module:function"``, a `FolderSuggester`: suggests values of ``folders_with`` for paths that no importer
+            reads as they are named; the module must be light.
     """
 
     name: str
@@ -142,7 +142,7 @@ class ImporterInfo:
     drawn: str = ""
     options: tuple[ImporterOption, ...] = ()
     folders_with: str = ""
-    entrances: str = ""
+    folder_suggestions: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -153,15 +153,15 @@ class ImporterInfo:
         return named(self.reader)  # type: ignore[no-any-return]
 
     def load_drawn(self) -> DrawnForm | None:
-        """Import what a drawing can state, where it is one."""
+        """Import the form of a drawing; None if the format is none."""
         return named(self.drawn) if self.drawn else None
 
-    def load_entrances(self) -> EntranceFinder:
-        """Import what finds entrances."""
-        return named(self.entrances)  # type: ignore[no-any-return]
+    def load_folder_suggester(self) -> FolderSuggester:
+        """Import the function that suggests folders."""
+        return named(self.folder_suggestions)  # type: ignore[no-any-return]
 
     def load_inserter(self) -> Inserter | None:
-        """Import what adds settings, where there is anything."""
+        """Import the function that adds settings; None if the format has none."""
         return named(self.inserter) if self.inserter else None
 
 
@@ -258,7 +258,7 @@ class CommandInfo:
 
 
 class Hooks:
-    """What a plugin may implement. Each hook receives a ``register`` callable and calls it once per descriptor."""
+    """The hooks that a plugin may implement. Each hook receives a ``register`` callable and calls it once per descriptor."""
 
     @hookspec
     def register_rule_packs(self, register: Callable[[RulePackInfo], None]) -> None:
@@ -290,7 +290,7 @@ class Hooks:
 
 
 class _Kind(NamedTuple):
-    """One kind of thing that plugins register, under its name as an attribute of `Plugins`.
+    """One kind of descriptor; ``name`` is its attribute in `Plugins`.
 
     ``objects`` are the fields of its descriptor that are ``"module:object"``; ``lists`` are tuples of text.
     """
@@ -323,9 +323,9 @@ _OBJECT: Final = regular_expression(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where something comes from: the entry point ``plugin``, its import package, and its distribution with the version.
+    """The origin of a registered object: the entry point ``plugin``, its import package, and its distribution with the version.
 
-    What is ``shipped`` is a part of C-QoS, and comes before others.
+    A ``shipped`` one is a part of C-QoS, and comes before others.
     """
 
     plugin: str
@@ -345,14 +345,14 @@ class BrokenPlugin:
     failed: str = NOT_LOADED
 
     def __str__(self) -> str:
-        """One sentence for a person; further lines of the reason follow it."""
+        """Return one sentence; further lines of the reason follow it."""
         owner = f" of {self.distribution}" if self.distribution else ""
         return f"{self.noun} `{self.name}`{owner} {self.failed}: {self.reason}"
 
 
 @dataclass(slots=True)
 class Plugins:
-    """Everything the installed plugins offer, by name, and the plugins that are broken."""
+    """Everything that the installed plugins register, by name, and the broken plugins."""
 
     packs: dict[str, RulePackInfo] = field(default_factory=dict)
     importers: dict[str, ImporterInfo] = field(default_factory=dict)
@@ -436,7 +436,7 @@ def function(name: str) -> Callable[..., Any]:
     """
     info = load_plugins().functions.get(name)
     if info is None:
-        from cqos_core.model.features import absent, missing
+        from cqos_core.model.optional_features import absent, missing
 
         row = absent("functions").get(name)
         if row is None:
@@ -543,7 +543,7 @@ def _register(plugins: Plugins, origin: Origin, module: Any) -> None:
 
 
 def _refuse_idle(manager: pluggy.PluginManager, module: Any) -> None:
-    """Refuse a plugin that cannot register anything, which is hardly what its author meant."""
+    """Refuse a plugin without hooks, which is hardly what its author meant."""
     callers = manager.get_hookcallers(module) or []
     if not callers:
         raise CqosError("it implements no hook; is `@hookimpl` missing?")

@@ -16,7 +16,7 @@ A case file has the code of one rule and named cases::
         remedies: ["publisher reliability=reliable", "subscriber reliability=best_effort"]
 
 A case states a pair (``offered``, ``requested``, ``needs``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
-the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
+the YAML form. ``expect`` is the severity with which the rule reports, ``ok`` if it does not, ``unknown`` if it leaves
 the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. In every
 case, no headline may have unfilled ``{braces}`` of its rule. No two findings of a pair may name the same missing
 fact: it is one finding, with the codes of all its rules.
@@ -38,13 +38,13 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.analysis.pair_judge import pair_system, stated_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.reading import read
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Verdict
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import suggestion
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _read(file: Path, pack: str) -> Iterator[Case]:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a case gave: the verdict, all findings."""
+    """The verdict and all findings of a case."""
 
     verdict: Verdict
     findings: Sequence[Finding]
@@ -119,7 +119,7 @@ def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
     options = _settings(content.get("options", {}))
     if "system" in content:
         data = json.dumps({"cqos": 1} | content["system"], default=str).encode()
-        system = tried_out(read(data, importer="yaml", protocol=case.pack), case.pack)
+        system = with_profiles_tried(read(data, importer="yaml", protocol=case.pack), case.pack)
         report = check_system(with_options(system, {case.pack: options}, where), where)
         return Result(report.verdict, report.findings)
     topic = _settings(content.get("topic", {}))
@@ -164,7 +164,7 @@ def run_case(case: Case, packs: Iterable[RulePack] = ()) -> None:
 
 
 def _mistyped(case: Case, result: Result, packs: Sequence[RulePack]) -> Iterator[str]:
-    """Yield what keeps a case from trying its rule: a code that no rule has, settings that are not read."""
+    """Yield the reasons why a case does not test its rule: an unknown code, settings that are not read."""
     where = context(packs)
     if where.find_rule(case.rule) is None:
         pack = where.find_pack(case.pack)
@@ -176,7 +176,7 @@ def _mistyped(case: Case, result: Result, packs: Sequence[RulePack]) -> Iterator
 
 
 def _left_open(result: Result, packs: Iterable[RulePack]) -> Iterator[str]:
-    """Tell what a rule's own headline has braces for and no value, so that people would read the braces."""
+    """Yield the placeholders of a rule's headline that have no value."""
     where = context(packs)
     for finding in result.findings:
         says = getattr(where.find_rule(finding.code), "says", "")

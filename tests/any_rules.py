@@ -6,7 +6,7 @@ from dataclasses import replace
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.domains import Count, Text
 from cqos_core.language.expression import (
     Condition,

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cqos_core.model.features import features
+from cqos_core.model.optional_features import features
 from cqos_core.plugins import load_plugins
 
 ROOT = Path(__file__).resolve().parents[1]

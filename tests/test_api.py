@@ -21,7 +21,7 @@ import pytest
 import cqos_core as cqos
 from cqos_core.api import context
 from cqos_core.language.domains import as_text
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.language.values import INFINITE
 from cqos_core.language.vocabulary import Function
 from cqos_core.packs.rule import requires

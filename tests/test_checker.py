@@ -10,15 +10,15 @@ import pytest
 
 from cqos_core.checking.checker import check_system
 from cqos_core.language.domains import Count
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.language.policy import Policy
 from cqos_core.language.vocabulary import Function
 from cqos_core.model.codes import CODES
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Acceptance, Bound, Endpoint, ImportNote, Overlay, Participant, TeamRule
-from cqos_core.packs.meeting import Meeting, NameContext, Naming
 from cqos_core.packs.rule import forbids
+from cqos_core.packs.topic_matching import NameContext, Naming, TopicMatching
 from tests.worlds import (
     CONTEXT,
     POLICIES,
@@ -50,7 +50,7 @@ def folded(written: str, _: NameContext) -> Naming:
     return Naming(written.casefold().replace(" ", "_"), written)
 
 
-FOLDING = [replace(POST, meeting=Meeting(folded))]
+FOLDING = [replace(POST, topic_matching=TopicMatching(folded))]
 
 
 def failing(*_: object) -> bool:
@@ -142,10 +142,11 @@ CASES: dict[str, tuple[Any, Any]] = {
     "CQ701": ((world(writer("box", stamp="x")), BROKEN), (world(writer("box")), BROKEN)),
 }
 ELSEWHERE = {
+    "CQ219": "of parts that are not described: tests/test_coverage.py",
     "CQ218": "of guarantees under faults: tests/test_guarantee.py",
     "CQ215": "of overlays that only fill in: plugins/ros2/tests",
     "CQ216": "of brokers: plugins/mqtt/tests",
-    **dict.fromkeys((f"CQ{number}" for number in range(501, 509)), "of bridges: tests/test_bridging.py"),
+    **dict.fromkeys((f"CQ{number}" for number in range(501, 509)), "of bridges: tests/test_bridge_values.py"),
     **dict.fromkeys((f"CQ{number}" for number in range(801, 806)), "of chains: tests/test_chains.py"),
     **dict.fromkeys((f"CQ{number}" for number in range(811, 814)), "of links: tests/test_budgets.py"),
     "CQ606": "of baselines: tests/test_baseline.py",

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.files.reading import copied
-from cqos_core.model.memory import uncollected
+from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.system import Bridge, Endpoint, Route, System
 from tests.laws.systems import BOTH, systems
 
@@ -53,10 +53,10 @@ def divide_without_collector():
 
 
 def test_the_collector_runs_again_after_an_error():
-    with pytest.raises(ZeroDivisionError), uncollected(5_000), uncollected(5_000):
+    with pytest.raises(ZeroDivisionError), gc_paused(5_000), gc_paused(5_000):
         divide_without_collector()
     assert gc.isenabled()
-    with uncollected(10):
+    with gc_paused(10):
         assert gc.isenabled()
 
 
@@ -75,7 +75,7 @@ def test_a_check_leaves_nothing_to_collect():
 ANSWERING = """
 import gc, json
 import cqos_core as cqos
-from cqos_core.model.memory import collect_new_objects_only
+from cqos_core.model.garbage_collection import collect_new_objects_only
 cqos.check_pair("ros2", {}, {}).findings
 collect_new_objects_only()
 before = gc.get_stats()

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from html import unescape
+from pathlib import Path
 
 import pytest
 
-from cqos_core import Session, check, read
+from cqos_core import InputError, Session, check, read
 from cqos_core.formatters import wording
 from cqos_core.formatters.github import render_github
 from cqos_core.formatters.json_report import report_from_json
@@ -25,6 +26,8 @@ from cqos_core.model.system import Part
 from cqos_pictures.page import render_html
 from tests.command import run
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
+
+ROOT = Path(__file__).parents[1]
 
 FITTING = b"""cqos: 1
 protocol: ros2
@@ -224,3 +227,58 @@ def test_an_event_outside_of_every_process_is_an_endpoint_that_was_not_read():
 
 def test_a_page_has_the_words_of_the_verdict_in_its_title():
     assert "<title>&lt;bytes&gt;: compatible as far as read" in render_html(check(a_drawing().encode()), Style())
+
+
+DESCRIBED_IN_PART = b"""cqos: 1
+protocol: ros2
+participants:
+  talker: {publishes: {chatter: {}}}
+  listener: {subscribes: {chatter: {}}}
+unread:
+  - {kind: node, name: teleop, cause: its source is in another repository, endpoints: 3, total: 4}
+  - {kind: node, name: rviz}
+  - section
+"""
+
+
+def test_a_system_file_names_parts_that_it_does_not_describe():
+    report = check(DESCRIBED_IN_PART)
+    assert report.verdict_words == "compatible as far as read"
+    assert [(each.kind, each.name, each.cause, each.endpoints) for each in report.coverage.unread] == [
+        ("node", "teleop", "its source is in another repository", 3),
+        ("node", "rviz", "", 1),
+        ("section", "", "", 1),
+    ]
+    assert (report.coverage.percent, dict(report.coverage.totals)) == (28, {"node": 4})
+    assert [(each.code, str(each.severity)) for each in report.findings] == [("CQ219", "note")] * 3
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        ("{name: teleop}", "a part that is not described needs `kind`"),
+        ("{kind: node, endpoints: -1}", "`endpoints` must be a whole number, found `-1`"),
+        ("{kind: node, total: some}", "`total` must be a whole number, found `some`"),
+    ],
+)
+def test_a_part_that_cannot_be_read_is_an_error(stated: str, message: str):
+    with pytest.raises(InputError) as caught:
+        check(f"cqos: 1\nprotocol: ros2\nunread: [{stated}]".encode())
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("design", ["incidents/moveit-joints", "incidents/turtle-best-effort"])
+def test_a_system_file_made_from_a_launch_says_what_was_not_read(design: str, tmp_path: Path):
+    folder = ROOT / "examples" / design
+    inputs = [*sorted(map(str, folder.glob("*.yaml"))), str(folder / "src")]
+    (package,) = (folder / "src").iterdir()
+    (launch,) = (package / "launch").iterdir()
+    options = ["--launch", f"{package.name}:{launch.name}", "--option", "ros2.distro=humble"]
+    converted = tmp_path / "system.yaml"
+    assert run(["convert", *inputs, *options, "--to", "yaml", "--output", str(converted)], tmp_path).code == 0
+    before = json.loads(run(["check", *inputs, *options, "--together", "--format", "json"], tmp_path).out)["coverage"]
+    after = json.loads(run(["check", str(converted), "--format", "json"], tmp_path).out)["coverage"]
+    assert before["unread"]
+    for each in (*before["unread"], *after["unread"]):
+        del each["place"]
+    assert after == before

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pytest
 
 from cqos_core.language import expression
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.plugins import load_plugins
 from tests.command import Done, run, run_here
 

@@ -44,7 +44,7 @@ from cqos_core.language.expression import (
     total,
     unfolded,
 )
-from cqos_core.language.parsing import MAXIMUM_TEXT, parse, parse_value
+from cqos_core.language.parser import MAXIMUM_TEXT, parse, parse_value
 from cqos_core.model.problems import ConditionError
 from tests.worlds import CARE, COPIES, DELAY, INTERVAL, RULES, SEALED, STAMP, STREETS
 

@@ -84,7 +84,7 @@ def test_an_importer_that_fails_to_look_claims_nothing(monkeypatch):
     plugins = load_plugins()
     monkeypatch.setattr(plugins, "broken", [])
     monkeypatch.setattr(plugins, "_failed", set())
-    monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", fail)
+    monkeypatch.setattr("cqos_core.importers.format_detection.claims_bpmn", fail)
     for _ in range(2):
         info = recognise(Source("x.yaml", b"cqos: 1\n"), plugins)
         assert info is not None

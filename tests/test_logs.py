@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.analysis.runtime_logs import explain_alone, explain_misfits
-from cqos_core.packs.logs import Misfit, misfits
+from cqos_core.analysis.runtime_logs import explain_alone, explain_mismatches
+from cqos_core.packs.logs import LogMismatch, read_mismatches
 from tests.growth.linear import assert_linear
 from tests.worlds import CONTEXT, reader, world, writer
 
@@ -16,11 +16,11 @@ from tests.worlds import CONTEXT, reader, world, writer
 def post(line):
     """Read ``WRITER@BOX complains of care``, as a postman would print it."""
     for found in re.finditer(r"(\w+)@(\w*) complains of (\w+)", line):
-        yield Misfit("post", "publisher", found[2] or None, found[1], found[3].upper(), (found[3],))
+        yield LogMismatch("post", "publisher", found[2] or None, found[1], found[3].upper(), (found[3],))
 
 
 def read(data):
-    return misfits("log", io.BytesIO(data), [post])
+    return read_mismatches("log", io.BytesIO(data), [post])
 
 
 def test_lines_are_counted_and_the_first_is_kept():
@@ -37,7 +37,7 @@ def test_lines_are_counted_and_the_first_is_kept():
 
 def test_colours_do_not_hide_anything():
     (found,), _ = read(b"\x1b[33ma\x1b[0m@\x1b[1;31mt\x1b[0m complains\x1b]0;title\x07 of care\x1b[K")
-    assert found.misfit == Misfit("post", "publisher", "t", "a", "CARE", ("care",))
+    assert found.misfit == LogMismatch("post", "publisher", "t", "a", "CARE", ("care",))
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
@@ -82,7 +82,7 @@ SYSTEM = world(
 
 def explained(line, system=SYSTEM):
     found, _ = read(line.encode())
-    (one,) = explain_misfits(found, system, CONTEXT)
+    (one,) = explain_mismatches(found, system, CONTEXT)
     return one
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cqos_core import Overlay, Place, Setting, Verdict
-from cqos_core.packs import Meeting
+from cqos_core.packs import TopicMatching
 from tests.worlds import POST, checked, codes, facts, only, reader, world, writer
 
 
@@ -87,8 +87,8 @@ class TestOver:
         assert "CQ214" not in codes(checked(seen, writer("box", name="designed"), overlays=[over]))
 
     def test_a_pack_says_what_a_pattern_of_participants_means(self):
-        meeting = Meeting(address=lambda name, _: f"/{name}", covers=lambda pattern, name: pattern == name[:2])
-        pack = replace(POST, meeting=meeting)
+        meeting = TopicMatching(address=lambda name, _: f"/{name}", covers=lambda pattern, name: pattern == name[:2])
+        pack = replace(POST, topic_matching=meeting)
         parts = (writer("box", "anna/1", care="plain"), writer("box", "bert/1", care="plain"))
         report = checked(
             *parts,

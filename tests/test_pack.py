@@ -10,14 +10,14 @@ import pytest
 
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Text
 from cqos_core.language.expression import define
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers, OneOf
 from cqos_core.language.vocabulary import Function
 from cqos_core.model.problems import PackError
 from cqos_core.packs.catalogue import column_form, describe_pack, rule_table
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.presets import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, meets, requires
 from cqos_core.packs.validation import KEPT
 from cqos_core.plugins import load_plugins

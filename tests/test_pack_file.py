@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cqos_core import check, check_pair
 from cqos_core.files.opening import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.language.policy import PerRole, Policy, by_option
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.model.problems import InputError, Problem
@@ -22,9 +22,10 @@ from cqos_core.model.system import Endpoint, Participant, System
 from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack
-from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
+from cqos_core.packs.presets import Convention, Dialect, Preset
+from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.rule import forbids, matched_if, requires
+from cqos_core.packs.timing import Timing
 from tests.behaviour.drawing import model
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ def modules():
         if "import re" not in text:
             continue
         tree = ast.parse(text, feature_version=(3, 10))
-        if file.name != "regular.py" and any(
+        if file.name != "regular_expressions.py" and any(
             alias.name == "re" for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names
         ):
             yield file, tree

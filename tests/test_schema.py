@@ -10,11 +10,11 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from cqos_core.files.schema import suggested_values, system_schema, written_name
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, flow_text, kind_of, whole_number
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from cqos_core.packs.documents import only_document
+from cqos_core.packs.document_importer import only_document
 from cqos_core.plugins import load_plugins, named
 from tests.effort import EXPLORE
 
@@ -35,7 +35,7 @@ STRUCTURE = {"CQ004", "CQ006", "CQ009", "CQ010"}
 
 def data(text):
     """The first document, as a parser for YAML 1.2 gives it to an editor."""
-    return value(only_document(Reading(Source("f.yaml", text), [], [])))
+    return value(only_document(SourceReading(Source("f.yaml", text), [], [])))
 
 
 def value(node):
@@ -235,7 +235,7 @@ def suggestions(part, name):
 
 def as_read(value):
     """The text that the reader makes of a value below a setting."""
-    root = only_document(Reading(Source("f.json", json.dumps({"x": value}).encode()), [], []))
+    root = only_document(SourceReading(Source("f.json", json.dumps({"x": value}).encode()), [], []))
     assert isinstance(root, MappingNode)
     return flow_text(root.entries["x"][1])
 

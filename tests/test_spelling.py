@@ -7,8 +7,8 @@ from unittest.mock import Mock
 import pytest
 
 from cqos_core.model import spelling
-from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames, distance, nearest, typing_errors
+from cqos_core.model.suggestions import suggestion
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from cqos_core.language.vocabulary import Function
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Endpoint, Participant, Profile, ProfileRef, System, Topic
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.presets import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
 from tests import explained
 

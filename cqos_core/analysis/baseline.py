@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
 
 VERSION: Final = 1
-"""Of the file's form."""
+"""Version of the file's form."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class BaselineEntry:
     Attributes:
         topics: the finding's topics, all of them; none where its members are instances, which decide what they are on.
         members: everybody it concerns: endpoint ids, or those of participants and brokers; of instances their template.
-        message: what it said; compared only where there is neither a topic nor a member to tell findings apart.
+        message: its message; compared only if the finding has neither a topic nor a member.
         more_codes: further rules of the finding.
         file: where several files were checked each by itself, the file it is about; None means any.
     """
@@ -62,7 +62,7 @@ class BaselineEntry:
         return other.topics <= self.topics and other.members <= self.members
 
     def names(self) -> list[tuple[str, ...]]:
-        """What the entry is found by: its topics and members, else what it said."""
+        """Return the keys of the entry: its topics and members, else its message."""
         named = [*(("topic", topic) for topic in self.topics), *(("member", member) for member in self.members)]
         return [(code, *name) for code in self.codes for name in named or [("message", self.message)]]
 
@@ -102,7 +102,7 @@ class Baseline:
         return [entry for entry in near if entry.covers(today)]
 
     def gone(self, files: Iterable[str] = ()) -> int:
-        """How many entries no finding has met, of those about any file or one of ``files``."""
+        """Return the number of entries without a finding, among those about any file or one of ``files``."""
         checked = {None, *(name_of(file, self.path) for file in files)}
         return sum(1 for entry in self.entries if entry not in self._met and entry.file in checked)
 
@@ -117,7 +117,7 @@ def name_of(file: str, baseline: str) -> str:
 
 
 def entry_of(finding: Finding, file: str | None = None) -> BaselineEntry:
-    """Return what a baseline keeps of a finding."""
+    """Return the entry of a finding."""
     return BaselineEntry(
         code=finding.code,
         topics=frozenset(
@@ -163,7 +163,7 @@ def read_baseline(path: str, data: bytes) -> Baseline:
     """Read the content of a baseline file; ``path`` names it in messages.
 
     Raises:
-        InputError: it is none, or one of a later version of C-QoS.
+        InputError: it is no baseline, or one of a later version of C-QoS.
     """
     try:
         document = json.loads(data)

@@ -1,8 +1,8 @@
-"""What two systems say differently about the same topics and endpoints: a design and a snapshot, a design and a bag.
+"""Differences between two systems, such as a design and a snapshot, or a design and a bag.
 
-Only what both know is compared. A default is known of a designed endpoint and not of an observed one; of a value that
-depends on something, it is known which values it may have. What is missing from an observed system is only missing
-where it was looked for: on a topic that it mentions, among the endpoints of a kind that it has.
+Only values that are known on both sides are compared. A default is known of a designed endpoint, not of an observed one; a value that
+depends on an option has a known set of possible values. An endpoint is missing from an observed system only if the system mentions
+its topic and has endpoints of its kind.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 from cqos_core.files.exporting import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
-from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
-from cqos_core.model.difference import ComparedSide, Diff, Different, Missing, Named
+from cqos_core.matching.topic_groups import endpoints_by_topic
 from cqos_core.model.grouping import grouped
-from cqos_core.resolving.facts import fact
+from cqos_core.model.system_diff import ComparedSide, Diff, Different, Missing, Named
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.files.exporting import Judged
     from cqos_core.language.values import Plain, Value
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.system import System
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _TYPE: Final = "type"
 _CLOSEST: Final = 64
@@ -52,7 +52,7 @@ _Pairs: TypeAlias = list[tuple[_End, _End]]
 
 
 class _KnownValues(NamedTuple):
-    """What one system says.
+    """The endpoints and topics of one system.
 
     Attributes:
         slots: its endpoints.
@@ -70,7 +70,9 @@ class _KnownValues(NamedTuple):
     external: set[str]
 
 
-def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), ignored: Sequence[str] = ()) -> Diff:
+def compare(
+    a: System, b: System, context: CheckContext, topics: Sequence[str] = (), ignored: Sequence[str] = ()
+) -> Diff:
     """Compare two systems, ``a`` and ``b``.
 
     ``topics`` are shell patterns of the topics to compare, all if empty, and ``ignored`` of those not to compare.
@@ -108,13 +110,13 @@ def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), 
 
 
 def _known(
-    system: System, side: ComparedSide, context: Context, topics: Sequence[str], ignored: Sequence[str]
+    system: System, side: ComparedSide, context: CheckContext, topics: Sequence[str], ignored: Sequence[str]
 ) -> _KnownValues:
-    """Sort what a system says; what no pack judges is not compared."""
+    """Sort the endpoints and topics of a system; endpoints without a pack are not compared."""
     plain = _without_variants(system, context)
     endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
     profiles: dict[int, QosProfile] = {}
-    for members in bucket(part for each in endpoints for part in each.parts).values():
+    for members in endpoints_by_topic(part for each in endpoints for part in each.parts).values():
         profiles |= settled_profiles(members)
     external = {_bare(name) for name, topic in system.topics.items() if topic.external}
     slots: dict[_Slot, list[_End]] = {}
@@ -132,8 +134,8 @@ def _known(
     return _KnownValues(side, slots, observed, mentioned, kinds, external)
 
 
-def _without_variants(system: System, context: Context) -> System:
-    """Return the system without options that choose another way to judge: values are compared by what they mean."""
+def _without_variants(system: System, context: CheckContext) -> System:
+    """Return the system without options that choose a variant of a pack: values are compared by their meaning."""
     options = {}
     for pack_id, settings in system.options.items():
         pack = context.find_pack(pack_id)
@@ -155,7 +157,7 @@ def _bare(topic: str) -> str:
 
 def _end(each: Judged, known: Mapping[int, QosProfile]) -> _End:
     first, stated = each.parts[0], each.endpoint
-    address = first.pack.meeting.address(stated.participant, first.participant.texts)
+    address = first.pack.topic_matching.address(stated.participant, first.participant.texts)
     kind = stated.role if stated.kind == "message" else stated.kind
     topic = first.shown if each.whole is not None else stated.topic or ""
     named = Named(each.id, address, kind, topic, first.pack.id, stated.place)
@@ -196,7 +198,7 @@ def _by_participant(ends: Iterable[_End]) -> dict[str, list[_End]]:
 
 
 def _matched(a: Sequence[_End], b: Sequence[_End], *, by_id: bool) -> tuple[_Pairs, list[_End], list[_End]]:
-    """Match endpoints, first those that have one id or differ least; return the pairs and what is left of both."""
+    """Match endpoints, those with one id or the fewest differences first; return the pairs and the rest of both sides."""
     shorter, longer = sorted((len(a), len(b)))
     if longer <= 1 or shorter == 0 or longer > _CLOSEST:
         return list(zip(a, b, strict=False)), list(a[shorter:]), list(b[shorter:])

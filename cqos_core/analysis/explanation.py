@@ -1,4 +1,4 @@
-"""Explaining one publisher and one subscriber: every policy, what the subscriber gets, and the way over bridges."""
+"""Explains one publisher and one subscriber: every policy, the guarantees, and the path over bridges."""
 
 from __future__ import annotations
 
@@ -11,50 +11,51 @@ from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, r
 from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.checker import check_system, participant_findings
-from cqos_core.checking.findings import make, one_per_cause
-from cqos_core.checking.topic import check_topic, refusing, settled, verdict_between
+from cqos_core.checking.findings import draft_finding, one_per_cause
+from cqos_core.checking.topic_check import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
-from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
-from cqos_core.matching.hits import Hit
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
     already_reported,
-    apart,
+    failed_match_conditions,
     judge_endpoint,
     judge_pair,
     of_end,
     undecided_meeting,
 )
+from cqos_core.matching.pair_guarantees import derived_values, faults_between, guarantees_of, over_hops
 from cqos_core.matching.pair_outcomes import outcome_of
-from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.matching.rule_hits import Hit
+from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
 from cqos_core.matching.topic_outcomes import QUIET
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Severity, Verdict
-from cqos_core.model.later import later
+from cqos_core.model.lazy_tuple import lazy_tuple
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
-from cqos_core.resolving.compared import compared
+from cqos_core.resolving.policy_comparison import compare_policies
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.behaviour.paths.delivery_paths import Pair
-    from cqos_core.matching.derived_guarantees import DerivedGuarantees
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pair_guarantees import PairGuarantee
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Assumption, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolve import Resolver
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
+    from cqos_core.resolving.resolver import Resolver
 
 
-def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
+def explain_pair(system: System, publisher: str, subscriber: str, where: CheckContext) -> PairReport:
     """Explain one pair of a system that is already read; see `explain`. All but the verdict is found out when it is read."""
-    return explained(Pipeline(system, where), publisher, subscriber)
+    return explain_in_pipeline(Pipeline(system, where), publisher, subscriber)
 
 
 def explain_ends(offering: Resolved, requesting: Resolved) -> PairReport:
@@ -70,7 +71,7 @@ def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Res
     return (pair.offering, pair.requesting) if clean and pair.alone else None
 
 
-def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
+def explain_in_pipeline(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     """Explain one pair of a system on its way; see `explain_pair`."""
     report, drawn = _explained(pipeline, publisher, subscriber), drawn_by(pipeline)
     if drawn is None:
@@ -93,14 +94,14 @@ def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairRepor
         return pair.report()
     arrivals = Arrivals(pipeline.hops, pipeline.topics)
     offering, requesting = pair.offering, pair.requesting
-    strangers = offering.pack is requesting.pack and apart(offering.profile, requesting.profile)
+    strangers = offering.pack is requesting.pack and failed_match_conditions(offering.profile, requesting.profile)
     way = arrivals.ways(offering).get(requesting.id) if pair.everybody is None or strangers else None
     report = _path_report(way[0], pipeline.topics, lambda: check_system(system, where)) if way else pair.report()
     return _with_repetition(report, offering, requesting, arrivals)
 
 
-def settled_pair(system: System, publisher: str, subscriber: str, where: Context) -> tuple[MatchedTopic, Resolver]:
-    """Return a topic with these two endpoints alone, their values settled among all others, and what resolved them.
+def settled_pair(system: System, publisher: str, subscriber: str, where: CheckContext) -> tuple[MatchedTopic, Resolver]:
+    """Return a topic with these two endpoints alone, their values settled among all others, and their resolver.
 
     Raises:
         CqosError: there is no such endpoint, or the two never meet on one topic.
@@ -151,7 +152,7 @@ def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolve
     return replace(report, findings=(*others, finding), guarantees=tuple(guarantees))
 
 
-def endpoints_of(system: System, where: Context) -> Sequence[Resolved]:
+def endpoints_of(system: System, where: CheckContext) -> Sequence[Resolved]:
     """Return all endpoints of a system, those of bridges too, with their values."""
     return Pipeline(system, where).endpoints
 
@@ -188,7 +189,7 @@ def _found(pipeline: Pipeline, publisher: str, subscriber: str) -> _Pair:
 
 
 class _Pair:
-    """A publisher and a subscriber, and what is known of them; each part is found out when it is asked for.
+    """A publisher and a subscriber with the parts of their explanation, each computed when it is read.
 
     They are of a system on its way. Without one they are the whole system, and resolving reported nothing.
     """
@@ -249,20 +250,20 @@ class _Pair:
         alone = self.alone
         ends = (self.offering, self.requesting) if alone else (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (end.profile for end in ends)
-        strangers = not self._quiet and bool(apart(a, b))
+        strangers = not self._quiet and bool(failed_match_conditions(a, b))
         known = self._outcome
-        findings = later(self.findings)
+        findings = lazy_tuple(self.findings)
         return PairReport(
             verdict_between(self.whole, self.offering, self.requesting) if known is None else known.verdict,
             findings,
-            later(lambda: self.comparisons(ends)),
-            () if strangers else later(lambda: _guarantees(give(a, b), faults_between(a, b))),
-            derived=() if strangers else later(lambda: derive(a, b)),
-            assumed=later(lambda: self.assumed(findings)),
+            lazy_tuple(lambda: self.comparisons(ends)),
+            () if strangers else lazy_tuple(lambda: _guarantees(guarantees_of(a, b), faults_between(a, b))),
+            derived=() if strangers else lazy_tuple(lambda: derived_values(a, b)),
+            assumed=lazy_tuple(lambda: self.assumed(findings)),
         )
 
     def assumed(self, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
-        """What is assumed for options that the system leaves open."""
+        """Return the assumptions for options that the system leaves open."""
         ends = [self.offering, self.requesting]
         packs = {each.pack.id: each.pack for each in self._endpoints}
         return assumptions([each.participant for each in ends], ends, [each.id for each in ends], findings, packs)
@@ -284,7 +285,7 @@ class _Pair:
             *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
             *(f for f in self._reported if not f.endpoints or set(f.endpoints) & concerned),
         ]
-        reasons = apart(a, b)
+        reasons = failed_match_conditions(a, b)
         # A guarantee is one of pairs that fit.
         unfit = any(finding.verdict is Verdict.INCOMPATIBLE for finding in found) or any(
             at_best is Verdict.INCOMPATIBLE
@@ -293,16 +294,16 @@ class _Pair:
         )
         undecided = filter(None, (undecided_meeting(bound, a, b) for bound in topic.pack.by_scope["meets"]))
         hits = [
-            Hit(spoken, {ends[0]: None}, {ends[1]: None}, 1)
-            for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
-            if not already_reported(spoken, a, b) and not (unfit and spoken.bound.rule.guarantee)
+            Hit(violation, {ends[0]: None}, {ends[1]: None}, 1)
+            for violation in (() if reasons else (*undecided, *judge_pair(a, b).violations))
+            if not already_reported(violation, a, b) and not (unfit and violation.bound.rule.guarantee)
         ]
         for members in ends:
-            for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
-                if not spoken.unknown or spoken.failed is not None:
-                    hits.append(Hit(spoken))
+            for violation in judge_endpoint(members.profile, members.first.role, members.observed):
+                if not violation.unknown or violation.failed is not None:
+                    hits.append(Hit(violation))
                     hits[-1].side(members.first.role)[members] = None
-        found += (one.finding for one in one_per_cause([make(topic, hit) for hit in hits]))
+        found += (one.finding for one in one_per_cause([draft_finding(topic, hit) for hit in hits]))
         if reasons:
             result = check_topic([replace(end.first, external=False) for end in ends])
             found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
@@ -311,18 +312,18 @@ class _Pair:
     def comparisons(self, ends: Sequence[Resolved | EndpointGroup]) -> Iterable[PolicyComparison]:
         """Return one line per endpoint policy and stated fact, with the verdict of the pair rules that compare it."""
         sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
-        spoken = () if self._quiet else judge_pair(*[profile for _, profile in sides]).spoken
-        doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in spoken}
-        return compared(sides, self._parts, doubtful)
+        violations = () if self._quiet else judge_pair(*[profile for _, profile in sides]).violations
+        doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in violations}
+        return compare_policies(sides, self._parts, doubtful)
 
 
-def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
+def _guarantees(given: Iterable[PairGuarantee], faults: Collection[str]) -> tuple[Guarantee, ...]:
     befalling = frozenset((LINK, *faults))
     return tuple([_guarantee(each, befalling) for each in given])
 
 
 @lru_cache(maxsize=10_000)
-def _guarantee(given: DerivedGuarantees, faults: frozenset[str]) -> Guarantee:
+def _guarantee(given: PairGuarantee, faults: frozenset[str]) -> Guarantee:
     cells = [
         GuaranteeCell(fault, given.word.text(cell.value), _reasons(cell.lost), cell.proven, cell.derived)
         for fault, cell in given.cells.items()
@@ -338,7 +339,7 @@ def _reasons(lost: Iterable[Rule]) -> tuple[tuple[str, str], ...]:
 def _path_report(
     way: Sequence[Pair | Hop], by_topic: Mapping[tuple[str, str], list[Resolved]], check: Callable[[], Report]
 ) -> PairReport:
-    """Report on two endpoints that meet over bridges: each pair on the way, and what is left in the end."""
+    """Report on two endpoints that are connected over bridges: each pair on the path, and the guarantees at its end."""
     report = cache(check)
     bridges = [each for each in way if isinstance(each, Hop)]
     pairs = [each for each in way if not isinstance(each, Hop)]
@@ -347,7 +348,7 @@ def _path_report(
     for index, (publisher, subscriber) in enumerate(pairs):
         topic = settled(next(each for each in by_topic.values() if any(e is publisher for e in each)))
         ends = _only(topic.publishers, publisher.id), _only(topic.subscribers, subscriber.id)
-        given.append(give(ends[0].profile, ends[1].profile))
+        given.append(guarantees_of(ends[0].profile, ends[1].profile))
         faults = faults_between(ends[0].profile, ends[1].profile)
         befall.update(faults)
         hops.append(
@@ -364,10 +365,10 @@ def _path_report(
     members = {end.id for pair in pairs for end in pair}
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
-        findings=later(
+        findings=lazy_tuple(
             lambda: [each for each in report().findings if each.endpoints and set(each.endpoints) <= members]
         ),
-        guarantees=_guarantees(over(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
+        guarantees=_guarantees(over_hops(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
         hops=tuple(hops),
-        assumed=later(lambda: report().assumed),
+        assumed=lazy_tuple(lambda: report().assumed),
     )

@@ -13,30 +13,30 @@ from threading import Lock
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.analysis.explanation import ends_alone, explain_ends, explained
+from cqos_core.analysis.explanation import ends_alone, explain_ends, explain_in_pipeline
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
 from cqos_core.matching.pipeline import Pipeline, context
-from cqos_core.model.memory import MOST_LETTERS, letters
+from cqos_core.model.caches import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import PairReport
 from cqos_core.model.settings import Setting
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, System
 from cqos_core.model.system import Topic as StatedTopic
-from cqos_core.packs.meeting import Naming
+from cqos_core.packs.topic_matching import Naming
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolved import Resolved
+from cqos_core.resolving.resolved_endpoint import Resolved
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Verdict
     from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.parts import ProfileParts
-    from cqos_core.resolving.resolve import Resolver
+    from cqos_core.resolving.resolver import Resolver
 
 Settings: TypeAlias = Mapping[str, SettingValue]
 _Texts: TypeAlias = tuple[tuple[str, str], ...]
@@ -131,7 +131,7 @@ class StatedPairs:
     def _explained(self, offer: _Side, request: _Side) -> PairReport:
         ends = self._ends(offer, request)
         if ends is None:
-            return explained(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
+            return explain_in_pipeline(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
         return explain_ends(*ends)
 
     def pipeline(self, offer: _Side, request: _Side) -> Pipeline:
@@ -165,7 +165,7 @@ class StatedPairs:
             preset = any(name == "profile" for name, _ in (*offer.stated, *request.stated))
             ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
             if ends is None or ends[1].like.needs:
-                return explained(pipeline, PUBLISHER, SUBSCRIBER)
+                return explain_in_pipeline(pipeline, PUBLISHER, SUBSCRIBER)
             with self._turn:
                 self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
                 self._like.clear()
@@ -374,7 +374,7 @@ def _are_maps(given: Mapping[str, object]) -> None:
         raise TypeError(message)
 
 
-def pack_is_there(pack_id: str, where: Context, packs: Iterable[RulePack]) -> None:
+def pack_is_there(pack_id: str, where: CheckContext, packs: Iterable[RulePack]) -> None:
     """Refuse the id of a pack that is missing.
 
     Raises:

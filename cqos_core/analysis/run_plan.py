@@ -17,20 +17,20 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.packs.guarantee import FAULTS, OUTAGE, SURVIVES
-from cqos_core.packs.proving import End, Fault, NotRunnableError, Plan
-from cqos_core.resolving.carried import on_wire, plain_texts
+from cqos_core.packs.prover import End, Fault, NotRunnableError, Plan
+from cqos_core.resolving.wire_copies import certain_texts, wire_copy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.language.values import Value
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.report import PairReport
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.proving import Event, Outcome, Prover
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.packs.prover import Event, Outcome, Prover
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _SECOND: Final = 1_000_000_000
 _SAMPLES: Final = 20
@@ -78,14 +78,14 @@ class Trial:
         return self.prover.prove(self.plan, report)
 
 
-def named(system: System, where: Context) -> System:
+def named(system: System, where: CheckContext) -> System:
     """Return a system whose endpoints have the ids that reports give them, so that fixes find them."""
     endpoints = judged(system, ExportContext(where.find_pack, where.default_protocol)).endpoints
     return replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
 
 
 def prepare(
-    system: System, publisher: str, subscriber: str, where: Context, on: str = "", fault: Fault | None = None
+    system: System, publisher: str, subscriber: str, where: CheckContext, on: str = "", fault: Fault | None = None
 ) -> Trial:
     """Choose a prover for a pair and plan its run.
 
@@ -124,7 +124,7 @@ def prepare(
         ends[0].key or topic.key,
         offering,
         requesting,
-        filter=(ends[1].endpoint.topic or "") if ends[1].carried is None else "",
+        filter=(ends[1].endpoint.topic or "") if ends[1].wire_origin is None else "",
         facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
         broker=broker,
         samples=early + max(_FEWEST, min(_SAMPLES, _TIME // period)) + during,
@@ -139,7 +139,7 @@ def prepare(
 
 
 def _on_the_wire(
-    system: System, publisher: str, subscriber: str, where: Context
+    system: System, publisher: str, subscriber: str, where: CheckContext
 ) -> tuple[RulePack, tuple[Resolved, Resolved]]:
     """Return the pack that has provers for a pair, and the two as it sees them."""
     topic, resolver = settled_pair(system, publisher, subscriber, where)
@@ -152,12 +152,12 @@ def _on_the_wire(
     if wire is None or below is None or not below.provers:
         lacking = "" if wire is None else f"; install the rule pack `{wire.protocol}`, which runs them"
         raise NotRunnableError(f"{pack.title} has no implementation on which pairs can be run{lacking}")
-    names = [wire.topic(end.key or "", plain_texts(end)) for end in ends]
+    names = [wire.topic(end.key or "", certain_texts(end)) for end in ends]
     if None in names:
         raise NotRunnableError(
             f"with these options, `{topic.shown}` of {pack.title} is not carried by {below.title}, which runs pairs"
         )
-    carried = tuple(on_wire(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
+    carried = tuple(wire_copy(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
     return below, (carried[0], carried[1])
 
 
@@ -175,7 +175,7 @@ def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Pro
         if all(_fits(end, prover.assumes) for end in ends):
             return name, prover
     stated = {
-        f"{option} {plain_texts(end).get(option, 'unknown')}"
+        f"{option} {certain_texts(end).get(option, 'unknown')}"
         for name in pack.provers
         for end in ends
         for option in _load(pack, name).assumes
@@ -210,7 +210,7 @@ def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: st
     """State the options of an implementation at the participants of both ends, in place of what they state."""
     participants = dict(system.participants)
     for end in ends:
-        own = end if end.carried is None else end.carried.endpoint
+        own = end if end.wire_origin is None else end.wire_origin.endpoint
         owner = participants.get(own.endpoint.participant)
         options = dict(prover.assumes)
         if own.pack is not pack:
@@ -224,12 +224,16 @@ def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: st
     return replace(system, participants=participants)
 
 
-def _with_facts(system: System, topic: MatchedTopic, subscriber: str, fault: Fault | None, where: Context) -> System:
+def _with_facts(
+    system: System, topic: MatchedTopic, subscriber: str, fault: Fault | None, where: CheckContext
+) -> System:
     """State what the fault makes true, so that guarantees are checked with it."""
     if fault is None:
         return system
     text = f"{fault.seconds * 1000:g}ms"
-    pack = topic.subscribers[0].first.carried.endpoint.pack if topic.subscribers[0].first.carried else topic.pack
+    pack = (
+        topic.subscribers[0].first.wire_origin.endpoint.pack if topic.subscribers[0].first.wire_origin else topic.pack
+    )
     if fault.kind == "slow_reader" and pack.find(ENDPOINT, "taken_every") is not None:
         return with_setting(system, (subscriber,), "taken_every", Setting(text, HERE))
     if fault.kind in FAULTS and pack.find("option", "outage") is not None:

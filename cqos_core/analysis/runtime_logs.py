@@ -1,4 +1,4 @@
-"""From what running programs say of endpoints that do not fit to the pairs, rules and remedies that a system knows."""
+"""Explains messages of running programs about incompatible endpoints by the pairs, rules and fixes of a system."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.packs.logs import Misfit, Occurrence
+    from cqos_core.packs.logs import LogMismatch, Occurrence
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 @dataclass(frozen=True, slots=True)
-class Explained:
-    """What is known of one thing that programs say.
+class LogExplanation:
+    """The explanation of one message of programs.
 
     Attributes:
         rules: of the pack, over the policy that is named.
@@ -45,7 +45,7 @@ class Explained:
     remark: str = ""
 
 
-def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
+def rules_over(misfit: LogMismatch, pack: RulePack | None) -> tuple[Rule, ...]:
     """Return the rules that a pair breaks if the policy that is named is at fault."""
     if pack is None:
         return ()
@@ -59,19 +59,23 @@ def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
     )
 
 
-def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[Explained]:
-    """Explain what can be said without any system."""
-    return [Explained(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences]
+def explain_alone(occurrences: Iterable[Occurrence], context: CheckContext) -> list[LogExplanation]:
+    """Explain messages of programs without a system."""
+    return [
+        LogExplanation(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences
+    ]
 
 
-def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
-    """Explain what programs say by the pairs of a system."""
+def explain_mismatches(
+    occurrences: Iterable[Occurrence], system: System, context: CheckContext
+) -> list[LogExplanation]:
+    """Explain messages of programs by the pairs of a system."""
     known = _KnownEnds(endpoints_of(system, context), check_system(system, context))
     return [_explained(each, known, context) for each in occurrences]
 
 
 class _KnownEnds:
-    """A checked system, by what programs name in it.
+    """A checked system, indexed by the names that programs print.
 
     Attributes:
         endpoints: by protocol and topic (None: all), as programs print it in full or name it themselves.
@@ -96,18 +100,18 @@ class _KnownEnds:
 
 
 def _topic_names(endpoint: Resolved) -> Iterable[str | None]:
-    """How programs may call the topic of an endpoint: in full, as stated, or by the last parts of its name."""
+    """Yield the names that programs may print for the topic of an endpoint: in full, as stated, or its last parts."""
     key = endpoint.key or ""
     ends = (key[at + 1 :] for at, letter in enumerate(key) if letter == "/" and key[at + 1 : at + 2] != "/")
     return dict.fromkeys([None, endpoint.key, endpoint.shown, endpoint.endpoint.topic, *ends])
 
 
-def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> Explained:
+def _explained(occurrence: Occurrence, known: _KnownEnds, context: CheckContext) -> LogExplanation:
     misfit = occurrence.misfit
     rules = rules_over(misfit, context.find_pack(misfit.protocol))
     on_topic = known.endpoints.get((misfit.protocol, misfit.topic))
     if not on_topic:
-        return Explained(occurrence, rules, remark="the system has no such topic")
+        return LogExplanation(occurrence, rules, remark="the system has no such topic")
     own = [each for each in on_topic if each.role == misfit.role]
     mine = [each for each in own if misfit.participant in {None, _address(each)}]
     remark = ""
@@ -119,7 +123,7 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
     missing = misfit.role if not mine else "" if others else (SUBSCRIBER if misfit.role == PUBLISHER else PUBLISHER)
     if missing:
         owner = f" of `{misfit.participant}`" if own and not mine else ""
-        return Explained(occurrence, rules, remark=f"the system has no {missing}{owner} there")
+        return LogExplanation(occurrence, rules, remark=f"the system has no {missing}{owner} there")
     publishers, subscribers = (mine, others) if misfit.role == PUBLISHER else (others, mine)
     pairs = _pairs({each.id for each in publishers}, {each.id for each in subscribers}, known)
     findings = _findings(pairs, known)
@@ -133,11 +137,11 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
         remark = "by the system they fit, so what runs differs from it: `cqos diff` compares it with a snapshot"
     elif rules and not {rule.code for rule in rules} & {each.code for each in findings}:
         remark = remark or "by the system other policies do not fit than the one that is named"
-    return Explained(occurrence, rules, pairs, findings, remark)
+    return LogExplanation(occurrence, rules, pairs, findings, remark)
 
 
 def _address(endpoint: Resolved) -> str:
-    return endpoint.pack.meeting.address(endpoint.endpoint.participant, endpoint.participant.texts)
+    return endpoint.pack.topic_matching.address(endpoint.endpoint.participant, endpoint.participant.texts)
 
 
 def _pairs(publishers: set[str], subscribers: set[str], known: _KnownEnds) -> tuple[Pair, ...]:

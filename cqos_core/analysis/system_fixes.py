@@ -15,7 +15,7 @@ from cqos_core.model.settings import Place, Setting
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding, Remedy
     from cqos_core.model.system import System
 
@@ -26,7 +26,7 @@ _ROUNDS: Final = 50
 
 
 @dataclass(frozen=True, slots=True)
-class Applied:
+class AppliedFix:
     """A remedy that was applied, and the code of the rule it satisfies."""
 
     code: str
@@ -44,7 +44,7 @@ class FixedSystem:
     """
 
     system: System
-    applied: tuple[Applied, ...]
+    applied: tuple[AppliedFix, ...]
     left: tuple[Finding, ...]
 
     @property
@@ -53,7 +53,7 @@ class FixedSystem:
         return frozenset((name, each.remedy.policy) for each in self.applied for name in each.remedy.members)
 
 
-def fix_system(system: System, context: Context, wanted: Wanted, *, weaken: bool = False) -> FixedSystem:
+def fix_system(system: System, context: CheckContext, wanted: Wanted, *, weaken: bool = False) -> FixedSystem:
     """Apply for each error the best remedy of the wanted kind; none that makes another pair worse.
 
     Without ``weaken``, none asks for less or promises less.
@@ -61,7 +61,7 @@ def fix_system(system: System, context: Context, wanted: Wanted, *, weaken: bool
     It checks the system again after each round, so an error that one remedy fixes needs no second one.
     """
     endpoints = judged(system, ExportContext(context.find_pack, context.default_protocol)).endpoints
-    # What stands for several topics has one setting for all of them, and its parts cannot be changed apart.
+    # An endpoint of several topics, such as a service, has one setting for all of them.
     alone = {each.id for each in endpoints if each.whole is not None}
     policies = {
         policy.name
@@ -71,7 +71,7 @@ def fix_system(system: System, context: Context, wanted: Wanted, *, weaken: bool
         if policy.level == ENDPOINT
     }
     current = replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
-    applied: list[Applied] = []
+    applied: list[AppliedFix] = []
     for _ in range(_ROUNDS):
         findings = check_system(current, context).findings
         errors = [each for each in findings if each.severity is Severity.ERROR and each.accepted is None]
@@ -88,16 +88,16 @@ def _chosen(
     wanted: Wanted,
     alone: set[str],
     policies: set[str],
-    applied: Iterable[Applied],
+    applied: Iterable[AppliedFix],
     *,
     weaken: bool,
-) -> list[Applied]:
+) -> list[AppliedFix]:
     """Choose a remedy for each error, unless another one of this round sets the same value otherwise."""
     before = {each.remedy for each in applied}
     taken: dict[tuple[str, str], str] = {}
     chosen = []
     for error in errors:
-        # The smallest change may weaken the design; what is written for programs keeps its promises where it can.
+        # The smallest change may weaken the design; an export for programs prefers fixes that do not.
         for remedy in sorted(error.remedies, key=lambda each: (each.weakens, each.kind == "needs_code")):
             if (wanted == "configuration" and remedy.kind != "configuration") or remedy.breaks or remedy in before:
                 continue
@@ -108,12 +108,12 @@ def _chosen(
             values = {taken.get((name, remedy.policy), remedy.value) for name in remedy.members}
             if values == {remedy.value}:
                 taken.update({(name, remedy.policy): remedy.value for name in remedy.members})
-                chosen.append(Applied(error.code, remedy))
+                chosen.append(AppliedFix(error.code, remedy))
             break
     return chosen
 
 
-def _with(system: System, chosen: Iterable[Applied]) -> System:
+def _with(system: System, chosen: Iterable[AppliedFix]) -> System:
     for each in chosen:
         setting = Setting(each.remedy.value, Place(f"a remedy of {each.code}"))
         system = with_setting(system, each.remedy.members, each.remedy.policy, setting)

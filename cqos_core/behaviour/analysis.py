@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.behaviour.counting import Counting, added, is_single
 from cqos_core.behaviour.graph import joined
 from cqos_core.behaviour.order import Order
-from cqos_core.behaviour.reach import reached, single_waits
+from cqos_core.behaviour.reach import reached, single_events
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence
 
     from cqos_core.behaviour.counting import Rate
     from cqos_core.behaviour.graph import Graph, Wiring
-    from cqos_core.behaviour.reach import Reached
+    from cqos_core.behaviour.reach import Reached, SingleEvents
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3
@@ -50,7 +50,7 @@ class Behaviour:
     @cached_property
     def reached_alone(self) -> Reached:
         """What may happen, where nothing publishes that the system does not have."""
-        return reached(self.graph, self.signals, missing=False, waits=self._waits(self.counting))
+        return reached(self.graph, self.signals, missing=False, single=self._single(self.counting))
 
     @property
     def counting(self) -> Counting:
@@ -63,14 +63,14 @@ class Behaviour:
         known = self.reached_anyhow
         counting = Counting(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
-            known = reached(self.graph, self.signals, missing=True, waits=self._waits(counting))
+            known = reached(self.graph, self.signals, missing=True, single=self._single(counting))
             earlier, counting = counting, Counting(self.graph, self.signals, known.fired, counting)
             if counting.bounds == earlier.bounds:
                 break
         return known, counting
 
-    def _waits(self, counting: Counting) -> dict[int, int]:
-        return single_waits(self.graph, lambda at: is_single(counting.bounds[at]))
+    def _single(self, counting: Counting) -> SingleEvents:
+        return single_events(self.graph, lambda at: is_single(counting.bounds[at]))
 
     @cached_property
     def order(self) -> Order:

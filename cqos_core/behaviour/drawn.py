@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.analysis import analysed
 from cqos_core.behaviour.graph import Wiring
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.codes import CODES
 from cqos_core.model.finding import Finding, Remedy, Severity, Side
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from cqos_core.behaviour.graph import EndpointKey
     from cqos_core.language.expression import Condition
     from cqos_core.language.values import Plain
-    from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Verdict
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 THROWN: Final = "thrown here"
 CAUGHT: Final = "caught here"
@@ -92,7 +92,12 @@ class Drawn:
 
     def partners(self, end: Resolved, topics: Iterable[Hashable]) -> list[Resolved]:
         """Return the publishers on some topics that form a pair with a subscriber there."""
-        return [each for topic in topics for each in self.on(topic, PUBLISHER) if not apart(each.profile, end.profile)]
+        return [
+            each
+            for topic in topics
+            for each in self.on(topic, PUBLISHER)
+            if not failed_match_conditions(each.profile, end.profile)
+        ]
 
     def partners_here(self, end: Resolved) -> list[Resolved]:
         """Return the publishers that form a pair with a subscriber on the topic that it names."""

@@ -9,7 +9,7 @@ from cqos_core.behaviour.rounds import round_findings
 from cqos_core.behaviour.sequences import OPTION, OWNER, READINGS, sequence_findings
 from cqos_core.behaviour.timers import timer_findings
 from cqos_core.behaviour.unreachable import unreachable_findings
-from cqos_core.model.remarks import core_finding
+from cqos_core.model.core_findings import core_finding
 
 if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline

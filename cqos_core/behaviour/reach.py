@@ -2,10 +2,11 @@
 
 What is not in it happens in no run (BPMN 2.0.2, 13.2 to 13.5).
 
-A wait that ends at most once in a run gives more: what happens only after it has ended does not end it. The search therefore knows of
-each node which of these waits have certainly ended when the node happens. It keeps them as the bits of a number. They only become
-fewer in the search, as more ways to the node are found. So the search ends, and an event is passed over only for good reason. By
-induction over the time of a run: what happens is in the set, and the waits of its number have ended.
+What happens at most once in a run gives more. A wait that ends once is not ended by what happens only afterwards. A gateway at which a
+token chooses once has one branch in each run, so nothing happens that needs two of them, such as a parallel join behind both. The search
+therefore knows of each node which of these waits have certainly ended, and which branches were certainly taken, when the node happens.
+It keeps them as the bits of a number. They only become fewer in the search, as more ways to the node are found. So the search ends, and an
+event is passed over only for good reason. By induction over the time of a run: what happens is in the set, and its bits are true.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 _WAITING: Final = frozenset({"start", "catch", "boundary"})
 _MOST_WAITS: Final = 256
 """How many waits are followed; later ones may be ended by anything."""
+_BRANCHES: Final = 2
+_MOST_BRANCHES: Final = 512
+"""How many branches of gateways are followed; of later gateways a run may take several."""
 _BUDGET: Final = 20
 """How many steps altogether, for each node of the model; where a search takes more, no wait is followed."""
 
@@ -46,26 +50,58 @@ class Reached:
     thrown: AbstractSet[Hashable]
 
 
-def reached(graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int] | None = None) -> Reached:
-    """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes; ``waits`` of `single_waits`."""
-    if waits:
-        search = _Search(graph, signals, missing=missing, waits=waits)
+@dataclass(frozen=True, slots=True)
+class SingleEvents:
+    """What happens at most once in a run, each with a bit.
+
+    Attributes:
+        waits: the end of a wait, by the node that ends it. The wait of a catch behind an event-based gateway is that of the gateway.
+            That of a boundary event ends with its activity.
+        branches: the choice of a branch, by the gateway and the first node of the branch.
+        choices: the bits of all branches of a gateway, for each gateway.
+    """
+
+    waits: Mapping[int, int]
+    branches: Mapping[tuple[int, int], int]
+    choices: tuple[int, ...]
+
+    def may_be(self, happened: int) -> bool:
+        """Whether all of some bits may be true in one run: no gateway has two branches among them."""
+        return not any((taken := happened & each) & (taken - 1) for each in self.choices)
+
+
+_NOTHING: Final = SingleEvents({}, {}, ())
+
+
+def reached(graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents = _NOTHING) -> Reached:
+    """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes."""
+    if single != _NOTHING:
+        search = _Search(graph, signals, missing=missing, single=single)
         if search.run(_BUDGET * len(graph.nodes)):
             return search.found()
-    search = _Search(graph, signals, missing=missing, waits={})
+    search = _Search(graph, signals, missing=missing, single=_NOTHING)
     search.run()
     return search.found()
 
 
-def single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
-    """Return what ends waits that end at most once in a run: its node, and the bit of the wait.
+def single_events(graph: Graph, is_single: Callable[[int], bool]) -> SingleEvents:
+    """Return the waits and choices that happen at most once in a run, where ``is_single`` says so of a token at a node."""
+    waits = _single_waits(graph, is_single)
+    branches: dict[tuple[int, int], int] = {}
+    choices = []
+    for at, node in enumerate(graph.nodes):
+        following = graph.after[at]
+        if node.kind not in {"exclusive", "event_based"} or len(set(following)) < max(len(following), _BRANCHES):
+            continue
+        if len(branches) + len(following) > _MOST_BRANCHES or not is_single(at):
+            continue
+        bits = [1 << (_MOST_WAITS + len(branches) + number) for number in range(len(following))]
+        branches |= {(at, each): bit for each, bit in zip(following, bits, strict=True)}
+        choices.append(sum(bits))
+    return SingleEvents(waits, branches, tuple(choices))
 
-    The wait of a catch behind an event-based gateway is that of the gateway. That of a boundary event ends with its activity.
 
-    Args:
-        graph: the nodes.
-        is_single: whether a token comes to a node at most once in a run.
-    """
+def _single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
     waits: dict[int, int] = {}
     for at, node in enumerate(graph.nodes):
         if node.kind not in {"catch", "boundary"} or not graph.catches[at]:
@@ -86,11 +122,12 @@ def _gateway(graph: Graph, at: int) -> int:
 class _Search:
     """One search from all that happens by itself."""
 
-    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int]) -> None:
+    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents) -> None:
         self._graph = graph
         self._signals = signals
         self._missing = missing
-        self._waits = waits
+        self._single = single
+        self._waits = single.waits
         self._arrived: dict[int, int] = {}
         self._fired: dict[int, int] = {}
         self._thrown: dict[Hashable, int] = {}
@@ -164,18 +201,24 @@ class _Search:
         heard = self._heard(at, wait)
         if heard is not None:
             ends = wait if activity is None or node.interrupting else 0
-            self._fire(at, self._arrived[at] | heard | ends)
+            self._fire(at, self._arrived[at] | heard | ends | self._single.branches.get((owner, at), 0))
 
     def _heard(self, at: int, wait: int) -> int | None:
-        """Return which waits have ended when what an event waits for comes; None where it does not come as long as its own wait lasts."""
+        """Return what has happened when what an event waits for comes; None where it does not come as long as its own wait lasts."""
         node, topics = self._graph.nodes[at], self._graph.catches[at]
         heard = self._graph.heard(at)
         others = any(each.kind != heard for each in node.triggers)
         if not topics or (others and not node.all_triggers):
             return 0
-        came = [ended for topic in topics if (ended := self._comes(topic)) is not None and not ended & wait]
+        before, may_be = self._arrived[at], self._single.may_be
+        came = [
+            ended
+            for topic in topics
+            if (ended := self._comes(topic)) is not None and not ended & wait and may_be(before | ended)
+        ]
         if node.all_triggers:
-            return reduce(or_, came) if len(came) == len(topics) else None
+            together = reduce(or_, came, before)
+            return together if len(came) == len(topics) and may_be(together) else None
         return reduce(and_, came) if came else None
 
     def _comes(self, topic: Hashable) -> int | None:
@@ -197,8 +240,9 @@ class _Search:
         for event in graph.boundary[at]:
             self._arrive(event, ended)
         left = ended | self._waits.get(at, 0) if graph.boundary[at] else ended
+        chosen = self._single.branches if node.kind == "exclusive" else {}
         for following in graph.after[at]:
-            self._step(at, following, left)
+            self._step(at, following, left | chosen.get((at, following), 0))
         if at in graph.loose:
             for inside in graph.inside[at]:
                 self._arrive(inside, 0)
@@ -234,6 +278,8 @@ class _Search:
             if len(came) < len(set(self._graph.before[at])):
                 return
             ended = reduce(or_, came.values())
+            if not self._single.may_be(ended):
+                return
         self._arrive(at, ended)
 
     def _enter(self, at: int, ended: int) -> None:

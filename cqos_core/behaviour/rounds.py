@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.drawn import Drawn
     from cqos_core.model.finding import Finding
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _ONCE = "a process whose start has no trigger runs once in each participant"
 

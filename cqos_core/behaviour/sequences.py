@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, is_one_of, keep, kept_for, time_text
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
     from cqos_core.behaviour.drawn import Drawn
     from cqos_core.model.finding import Finding
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 OWNER: Final = "bpmn"
 OPTION: Final = "catch"
@@ -55,7 +55,7 @@ def sequence_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
 def _meet(publisher: Resolved, subscriber: Resolved) -> bool:
     """Whether two ends form a pair."""
     same = publisher.role == PUBLISHER and subscriber.role == SUBSCRIBER and publisher.key == subscriber.key
-    return same and not apart(publisher.profile, subscriber.profile)
+    return same and not failed_match_conditions(publisher.profile, subscriber.profile)
 
 
 def _only_throw(drawn: Drawn, topic: Hashable) -> int | None:

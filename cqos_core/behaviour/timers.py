@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.counting import Rate
     from cqos_core.behaviour.drawn import Drawn
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Finding
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 MEAN_PERIOD = "mean_period_at_least"
 """The name of the fact that follows from timers."""

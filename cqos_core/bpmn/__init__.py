@@ -19,9 +19,9 @@ from cqos_core.bpmn.signals import read_signals, unclear_signals
 from cqos_core.bpmn.target import DiagramTarget
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
-from cqos_core.importers.reading import read_switches
+from cqos_core.importers.source_reading import read_switches
 from cqos_core.importers.xml_source import StartTags, parse_into, plain_utf8
-from cqos_core.model.memory import uncollected
+from cqos_core.model.garbage_collection import gc_paused
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -52,7 +52,7 @@ def read(source: Source, context: ReadContext) -> System:
     switches = read_switches("bpmn", context, SWITCHES)
     with_messages, lines = switches.get("message_flows") == "true", switches.get("lines") != "false"
     data = plain_utf8(source)
-    with uncollected(len(data) // 32):  # bytes for an object, about
+    with gc_paused(len(data) // 32):  # bytes for an object, about
         document = _parsed(source, data, whole=with_messages, lines=lines)
         if unclear := unclear_signals(document):
             document = _parsed(source, data, unclear, whole=with_messages, lines=lines)

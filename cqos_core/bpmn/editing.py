@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.encoding import Lines
 from cqos_core.model.excerpt import NAMESPACES, exact
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.source import Replacement
 
 if TYPE_CHECKING:

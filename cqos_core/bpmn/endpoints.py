@@ -14,7 +14,7 @@ from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, required, word
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.rows import add_rows, as_object
+from cqos_core.model.endpoint_rows import add_rows, as_object
 from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_core.model.system import Endpoint, ProfileRef, Room
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.participants import Pools
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.target import Shape
-    from cqos_core.model.rows import Row
+    from cqos_core.model.endpoint_rows import Row
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import Participant, Role
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.bpmn.names import fold
-from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind
+from cqos_core.model.endpoint_rows import FIRST_TEXT, RowPattern, SettingsPattern
 from cqos_core.model.settings import Place
 from cqos_core.model.system import ProfileRef
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cqos_core.importers.xml_source import StartTags
-    from cqos_core.model.rows import Row
+    from cqos_core.model.endpoint_rows import Row
     from cqos_core.model.system import Endpoint
 
 
@@ -41,7 +41,7 @@ class EventPlaces:
         return Place(self._source, line, None, row[1])
 
 
-class EventKind(RowKind):
+class EventKind(RowPattern):
     """Events that are alike.
 
     Attributes:
@@ -52,18 +52,18 @@ class EventKind(RowKind):
 
     def __init__(self, endpoint: Endpoint, settings: Sequence[str], tag: str, places: EventPlaces) -> None:
         """Take what one of them states, and the names of the settings whose texts are in the rows."""
-        said = endpoint.said()
+        said = endpoint.setting_texts()
         names = [name for name, *_ in said[0]]
-        super().__init__(endpoint, Pattern(said, [names.index(each) for each in settings]))
+        super().__init__(endpoint, SettingsPattern(said, [names.index(each) for each in settings]))
         self.tag = tag
         self._settings, self._places = settings, places
 
     def place(self, row: Row) -> Place:
-        """See `RowKind.place`."""
+        """See `RowPattern.place`."""
         return self._places.place(row)
 
     def make(self, name: str, row: Row) -> Any:
-        """See `RowKind.make`."""
+        """See `RowPattern.make`."""
         match name:
             case "label":
                 return fold(self._places.labels[row[3]]) or None

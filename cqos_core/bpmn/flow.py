@@ -23,7 +23,7 @@ from cqos_core.bpmn.document import (
 from cqos_core.bpmn.names import fold, is_computed, whole_number
 from cqos_core.bpmn.timers import read_timer
 from cqos_core.model.flow import ControlFlow, FlowEnds, FlowNode, FlowRunner, Timer, Trigger
-from cqos_core.model.later import later
+from cqos_core.model.lazy_tuple import lazy_tuple
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -73,7 +73,7 @@ def read_flow(reading: DiagramReading, endpoints: Endpoints, pools: Pools) -> No
     """Add the control flow of a diagram to its system; it is made when it is first read."""
     called = reading.system.processes or reading.document.all(CALL_ACTIVITY)
     if called or any(each.tag == _SEQUENCE_FLOW for each in reading.document.root.walk()):
-        reading.system.flows = later(lambda: [_Drawing(reading, endpoints, pools).flow()])
+        reading.system.flows = lazy_tuple(lambda: [_Drawing(reading, endpoints, pools).flow()])
 
 
 class _Drawing:

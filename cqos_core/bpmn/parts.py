@@ -10,7 +10,7 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.event_kinds import EventPlaces
-    from cqos_core.model.rows import Row
+    from cqos_core.model.endpoint_rows import Row
 
 
 @dataclass(slots=True)

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.source import Replacement
 
 _TOKEN: Final = re.compile(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     from cqos_core.bpmn.event_kinds import EventPlaces
-    from cqos_core.model.rows import Row
+    from cqos_core.model.endpoint_rows import Row
 
 _SAYS_NOTHING: Final = frozenset(f"{BPMN}{name}" for name in ("incoming", "outgoing", "documentation"))
 _OF_FLOW: Final = frozenset(

@@ -13,7 +13,7 @@ from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
 from cqos_core.bpmn.extensions import Child
 from cqos_core.bpmn.form import BOUNDS, FORM, MODEL, ROLES, SEVERITIES, WHERE
 from cqos_core.bpmn.names import shown
-from cqos_core.importers.reading import listed
+from cqos_core.importers.source_reading import listed
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Acceptance, Bound, TeamRule

@@ -1,4 +1,4 @@
-"""Severities and accepted exceptions: what the people who run a check say about its findings."""
+"""Severities and accepted exceptions, by which users change the findings of a check."""
 
 from __future__ import annotations
 
@@ -7,27 +7,29 @@ from datetime import date
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.findings import Again, Made, anew
+from cqos_core.checking.findings import FindingDraft, Memo, without_memo
 from cqos_core.checking.team import topic_spellings
 from cqos_core.language.name_index import NameIndex
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Finding, Severity
-from cqos_core.model.remarks import core_finding
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context, RuleFinder
+    from cqos_core.matching.pipeline import CheckContext, RuleFinder
     from cqos_core.model.system import Acceptance, System
 
 
 def _spellings(finding: Finding, find_rule: RuleFinder) -> tuple[str, ...]:
-    """What a finding's rule is called: by its code, its name, former ones."""
+    """Return the spellings of a finding's rule: code, name and aliases."""
     rule = find_rule(finding.code)
     aliases = rule.aliases if rule is not None else ()
     return (finding.code.lower(), finding.name, *(alias.lower() for alias in aliases))
 
 
-def _with_severities(made: Sequence[Made], severities: Mapping[str, str], find_rule: RuleFinder) -> list[Made]:
+def _with_severities(
+    made: Sequence[FindingDraft], severities: Mapping[str, str], find_rule: RuleFinder
+) -> list[FindingDraft]:
     """Give findings the severities asked for by code, name or alias; ``off`` takes them away."""
     if not severities:
         return list(made)
@@ -41,7 +43,7 @@ def _with_severities(made: Sequence[Made], severities: Mapping[str, str], find_r
     return kept
 
 
-class Accepting:
+class AcceptanceIndex:
     """Marks accepted findings, and reports entries that are unused, expired, or name no rule."""
 
     def __init__(self, acceptances: Sequence[Acceptance], find_rule: RuleFinder, today: date) -> None:
@@ -59,7 +61,7 @@ class Accepting:
             if index in self._valid
         )
 
-    def marked(self, one: Made) -> tuple[Made, Sequence[int]]:
+    def marked(self, one: FindingDraft) -> tuple[FindingDraft, Sequence[int]]:
         """Return a finding as it is accepted or not, and the positions of the entries that excuse it."""
         near = self._filed.matching(*_names(one.finding, self._find_rule)) if self._acceptances else ()
         excuses = [index for index in near if _excuses(index, self._acceptances[index], one, self._find_rule)]
@@ -67,10 +69,10 @@ class Accepting:
             one = replace(one, finding=replace(one.finding, accepted=self._acceptances[excuses[0]].because))
         return one, excuses
 
-    def said(self, used: Collection[int]) -> list[Finding]:
-        """Report the entries that excuse nothing; ``used`` are the positions of those that do.
+    def unused_entries(self, used: Collection[int]) -> list[Finding]:
+        """Return findings about the entries that excuse nothing; ``used`` are the positions of those that do.
 
-        What stands in one place for several endpoints is one entry.
+        Several entries with one place are one.
         """
         found = []
         done = {self._entry(index) for index in used}
@@ -95,29 +97,31 @@ class Accepting:
         return (index if each.place is None else each.place), each.rule
 
 
-def as_people_said(made: Sequence[Made], system: System, context: Context, again: Again = anew) -> list[Made]:
+def apply_acceptances(
+    made: Sequence[FindingDraft], system: System, context: CheckContext, again: Memo = without_memo
+) -> list[FindingDraft]:
     """Apply severities and acceptances; report acceptances that are unused, expired, or name no rule."""
     today = date.today()  # noqa: DTZ011 - a calendar day, where the user is
-    accepting = Accepting(system.accept, context.find_rule, today)
+    accepting = AcceptanceIndex(system.accept, context.find_rule, today)
 
-    def said(of: Sequence[Made]) -> list[tuple[Made, Sequence[int]]]:
+    def said(of: Sequence[FindingDraft]) -> list[tuple[FindingDraft, Sequence[int]]]:
         return [accepting.marked(each) for each in _with_severities(of, system.severities, context.find_rule)]
 
     marked = [each for one in made for each in again(said, (one,))]
     used = {index for _, excuses in marked for index in excuses}
-    unused = [Made(finding, (), frozenset()) for finding in accepting.said(used)]
+    unused = [FindingDraft(finding, (), frozenset()) for finding in accepting.unused_entries(used)]
     return [*(one for one, _ in marked), *_with_severities(unused, system.severities, context.find_rule)]
 
 
 def _about(acceptance: Acceptance) -> str:
-    """The pattern that an acceptance is filed under, beside its rule: one that every finding it excuses matches."""
+    """Return the pattern under which an acceptance is filed, beside its rule; every finding that it excuses matches it."""
     if acceptance.topic is not None:
         return f"topic {acceptance.topic.lstrip('/')}"
     return f"endpoint {acceptance.endpoint}" if acceptance.endpoint is not None else "any"
 
 
 def _names(finding: Finding, find_rule: RuleFinder) -> Iterator[str]:
-    """What an acceptance of a finding may be filed under."""
+    """Yield the patterns under which an acceptance of a finding may be filed."""
     for rule in _spellings(finding, find_rule):
         yield f"{rule} any"
         if finding.topic is not None:
@@ -126,7 +130,7 @@ def _names(finding: Finding, find_rule: RuleFinder) -> Iterator[str]:
         yield from (f"{rule} endpoint {member}" for side in finding.sides for member in side.members)
 
 
-def _excuses(index: int, acceptance: Acceptance, one: Made, find_rule: RuleFinder) -> bool:
+def _excuses(index: int, acceptance: Acceptance, one: FindingDraft, find_rule: RuleFinder) -> bool:
     finding = one.finding
     if acceptance.rule.lower() not in _spellings(finding, find_rule):
         return False

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds
+from cqos_core.model.caches import keep
 from cqos_core.model.finding import Severity
-from cqos_core.model.memory import keep
 from cqos_core.model.report import Assumption
-from cqos_core.resolving.facts import options_behind, options_in_words, steered_by_options
+from cqos_core.resolving.finding_facts import options_behind, options_in_words, steered_by_options
 from cqos_core.resolving.parts import INDEX_OF
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.parts import OwnSetting
-    from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import Resolved, ResolvedParticipant
 
 
 class _Open(NamedTuple):
@@ -111,7 +111,7 @@ def _of_unset(
     for each in endpoints:
         options = unset.get(id(each.participant))
         for option, at in options if options and each.id in ends else ():
-            kin = each.kin
+            kin = each.representative
             refused = _without_presets(each, option.option) if kin.profiles else _NONE
             for bound in errors_that_read(each.pack, kin.role, kin.observed, at):
                 refused |= refusing_values(each.pack, bound, kin.role, at, tuple(map(each.value, bound.bound.own)))
@@ -170,7 +170,7 @@ def _of_pairs(
     rules: dict[tuple[object, ...], bool] = {}
     ends: set[str] | None = None
     for each in concerned:
-        frame, role, observed = each.like.frame, each.kin.role, each.kin.observed
+        frame, role, observed = each.like.frame, each.representative.role, each.representative.observed
         refusing = rules.get((frame, role, observed))
         if refusing is None:
             refusing = rules[frame, role, observed] = bool(assuming(each.pack, frame, role, observed))

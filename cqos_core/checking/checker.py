@@ -1,8 +1,7 @@
-"""The check: every topic judged as a unit, then what only the whole system can tell, put together as a report."""
+"""The check: judges every topic as a unit, then the whole system, and makes the report."""
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 from functools import partial
 from itertools import chain, groupby
@@ -10,20 +9,20 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.assumptions import assumptions, with_imported
-from cqos_core.checking.findings import Again, Made, anew, merged, of_participants, one_per_cause
-from cqos_core.checking.topic import TopicResult, check_topic
+from cqos_core.checking.findings import FindingDraft, Memo, merged, one_per_cause, participant_finding, without_memo
+from cqos_core.checking.topic_check import TopicResult, check_topic
 from cqos_core.matching.judge import ask, worst
-from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.code_info import CodeInfo
+from cqos_core.matching.topic_groups import naming_endpoints
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.finding import Finding, Severity, Side, Verdict, plural
-from cqos_core.model.later import later
-from cqos_core.model.memory import uncollected
-from cqos_core.model.remarks import core_finding
+from cqos_core.model.garbage_collection import gc_paused
+from cqos_core.model.lazy_tuple import lazy_tuple
 from cqos_core.model.report import Group, Report
 from cqos_core.model.system import Part
-from cqos_core.resolving.starts import unknown_starts
+from cqos_core.packs.unread import totals_of, unread_parts
+from cqos_core.resolving.start_order import unknown_starts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -31,15 +30,15 @@ if TYPE_CHECKING:
     from cqos_core.checking.team import TeamCheck
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.pairing import TopicKey
-    from cqos_core.matching.pipeline import Context
-    from cqos_core.model.system import ImportNote, System
+    from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.matching.topic_groups import TopicKey
+    from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved, ResolvedSystem
+    from cqos_core.resolving.resolved_endpoint import Resolved, ResolvedSystem
 
 
-def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
+def name_collision_findings(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Report keys that endpoints arrive at from names a person takes for different ones."""
     shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
     for endpoint in [each for each in endpoints if each.shown != each.key]:
@@ -60,73 +59,75 @@ def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     return findings
 
 
-def _read_beyond(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple[Any, ...]]]:
+def _participant_rules_of(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple[Any, ...]]]:
     """Yield the rules over participants, brokers and options that hold for an endpoint, each with the values it reads."""
-    for bound in endpoint.pack.beyond_topics:
-        if not (bound.rule.creation and endpoint.kin.observed):
+    for bound in endpoint.pack.participant_rules:
+        if not (bound.rule.creation and endpoint.representative.observed):
             yield bound, tuple([endpoint.profile.values[use.index] for use in bound.bound.uses])
 
 
-def _said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
-    """Ask such a rule of an endpoint; None where it has nothing to say."""
+def _ask_participant_rule(bound: BoundRule, endpoint: Resolved) -> Violation | None:
+    """Ask such a rule about an endpoint; None if it does not report."""
     values = endpoint.profile.values
-    spoken = ask(bound, values, values)
-    return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
+    violation = ask(bound, values, values)
+    return None if violation is None or (violation.unknown and violation.failed is None) else violation
 
 
 def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     # The surroundings and the frame of a profile have all that these rules read.
-    alike = {(each.participant, each.like.frame, each.kin.observed): each for each in endpoints}
+    alike = {(each.participant, each.like.frame, each.representative.observed): each for each in endpoints}
     distinct = {(owner.surroundings, *others): each for (owner, *others), each in alike.items()}
-    if not any(_said_beyond(bound, each) for each in distinct.values() for bound, _ in _read_beyond(each)):
+    if not any(
+        _ask_participant_rule(bound, each) for each in distinct.values() for bound, _ in _participant_rules_of(each)
+    ):
         return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
     for endpoint in endpoints:
-        for bound, read in _read_beyond(endpoint):
+        for bound, read in _participant_rules_of(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
-    said = ((bound, _said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
-    return [of_participants(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
+    said = ((bound, _ask_participant_rule(bound, alike[0]), alike) for bound, alike in found.values())
+    return [participant_finding(bound, violation, alike) for bound, violation, alike in said if violation is not None]
 
 
 def assemble(
     system: System,
     resolved: ResolvedSystem,
     results: Mapping[TopicKey, TopicResult],
-    context: Context,
+    context: CheckContext,
     problems: Sequence[Finding] = (),
 ) -> Report:
-    """Put the results of all topics together with what only the whole system can tell; findings are made when one reads them."""
+    """Make the report of all topics and the whole system; its findings are made when they are read."""
     packs = {pack.id: pack for pack in dict.fromkeys(map(attrgetter("pack"), resolved.endpoints))}
     judged, endpoints = (*results.values(),), resolved.endpoints
-    of_topics = later(
+    of_topics = lazy_tuple(
         lambda known: merged_by_key({key: each.made for key, each in known.items() if each.made}), {**results}
     )
     distinct = {id(result.outcomes): result.outcomes for result in judged}
     verdicts = {row.verdict for outcomes in distinct.values() for row in outcomes.rows}
-    groups = later(_groups, judged)
+    groups = lazy_tuple(_groups, judged)
     if problems and system.flows:
-        from cqos_core.checking.excluded import with_behaviour
+        from cqos_core.checking.behaviour_effects import with_behaviour
 
         excused, divided = with_behaviour([*of_topics], [*groups], problems, packs)
         of_topics = tuple(excused)
         verdicts, groups = {each.verdict for each in divided}, tuple(divided)
     lonely, unmatched = _without_partners(system, results, packs, resolved.endpoints)
-    own = by_themselves(
+    own = as_drafts(
         [
             *stated_findings(system, resolved, context, problems),
             *participant_findings(resolved.endpoints),
-            *collapses(resolved.endpoints),
+            *name_collision_findings(resolved.endpoints),
             *lonely,
             *(() if verdicts else nothing_compared(system, resolved.endpoints)),
         ]
     )
     templates = templates_of(system, endpoints)
     size = len(endpoints)
-    findings = later(lambda: _in_report([*of_topics, *own], templates, size))
+    findings = lazy_tuple(lambda: _in_report([*of_topics, *own], templates, size))
     if system.hypothetical or system.severities or system.accept:
         every = [*of_topics, *own]
-        told = as_said(_only_tried(every, packs) if system.hypothetical else every, system, context)
+        told = with_acceptances(_only_tried(every, packs) if system.hypothetical else every, system, context)
         findings = _in_report(told, templates, size)
     paired = chain.from_iterable(each.paired for each in judged)
     owners = (*map(attrgetter("participant"), endpoints), *resolved.participants.values())
@@ -145,21 +146,17 @@ def assemble(
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
-        assumed=later(lambda: with_imported(assumptions(owners, endpoints, paired, findings, packs), system)),
-        coverage=covered(system, resolved, context),
+        assumed=lazy_tuple(lambda: with_imported(assumptions(owners, endpoints, paired, findings, packs), system)),
+        coverage=coverage_of(system, resolved, context),
     )
 
 
-def covered(system: System, resolved: ResolvedSystem, context: Context) -> Coverage:
+def coverage_of(system: System, resolved: ResolvedSystem, context: CheckContext) -> Coverage:
     """Return how much of its inputs a system was made from."""
     endpoints = resolved.endpoints
-    unclear = later(lambda: sorted([each.id for each in endpoints if each.key is None or each.like.unread]))
-    of_notes = (part for note in system.notes for part in note.parts or _left_out(note, context))
-    unread = (*of_notes, *_packless(resolved))
-    totals: Counter[str] = Counter()
-    for note in system.notes:
-        totals.update({part.kind: note.total for part in note.parts[:1] if note.total})
-    return Coverage(len(endpoints), unclear, unread, totals)
+    unclear = lazy_tuple(lambda: sorted([each.id for each in endpoints if each.key is None or each.like.unread]))
+    unread = (*unread_parts(system.notes, context.find_rule), *_packless(resolved))
+    return Coverage(len(endpoints), unclear, unread, totals_of(system.notes))
 
 
 def _packless(resolved: ResolvedSystem) -> Iterator[Part]:
@@ -170,35 +167,32 @@ def _packless(resolved: ResolvedSystem) -> Iterator[Part]:
             yield Part("endpoint", endpoint.id, cause, endpoint.place)
 
 
-def _left_out(note: ImportNote, context: Context) -> Iterator[Part]:
-    """Yield the part of an input that a note stands for, if its code is about one."""
-    info = context.find_rule(note.code)
-    if isinstance(info, CodeInfo) and info.leaves_out:
-        yield Part(info.leaves_out, cause=note.message, place=note.place, endpoints=info.missing)
-
-
-def as_said(made: Sequence[Made], system: System, context: Context, again: Again = anew) -> Sequence[Made]:
-    """Return findings as they count where people say what to make of them."""
+def with_acceptances(
+    made: Sequence[FindingDraft], system: System, context: CheckContext, again: Memo = without_memo
+) -> Sequence[FindingDraft]:
+    """Return findings with the severities and acceptances that users state."""
     if system.severities or system.accept:
-        from cqos_core.checking.acceptance import as_people_said
+        from cqos_core.checking.acceptance import apply_acceptances
 
-        made = as_people_said(made, system, context, again)
+        made = apply_acceptances(made, system, context, again)
     return made
 
 
-def by_themselves(findings: Iterable[Finding]) -> list[Made]:
-    """Return findings that are put together with no other by a key."""
-    return [Made(finding, ("own", object()), frozenset()) for finding in findings]
+def as_drafts(findings: Iterable[Finding]) -> list[FindingDraft]:
+    """Return findings as drafts with keys of their own, so that they are not merged."""
+    return [FindingDraft(finding, ("own", object()), frozenset()) for finding in findings]
 
 
-def _in_report(made: Sequence[Made], templates: Mapping[str, str], size: int) -> tuple[Finding, ...]:
+def _in_report(made: Sequence[FindingDraft], templates: Mapping[str, str], size: int) -> tuple[Finding, ...]:
     """Return the findings of a report, of a system with so many endpoints."""
-    with uncollected(size):
-        return in_order(put_together(made, templates))
+    with gc_paused(size):
+        return in_order(merge_drafts(made, templates))
 
 
-def put_together(made: Sequence[Made], templates: Mapping[str, str], again: Again = anew) -> list[Finding]:
-    """Put together what one missing fact leaves open, and what is said alike of instances; in no order."""
+def merge_drafts(
+    made: Sequence[FindingDraft], templates: Mapping[str, str], again: Memo = without_memo
+) -> list[Finding]:
+    """Merge findings of one missing fact, and equal ones about instances; in no order."""
     found = [one.finding for one in one_per_cause(made, again)]
     if not templates:
         return found
@@ -210,7 +204,7 @@ def put_together(made: Sequence[Made], templates: Mapping[str, str], again: Agai
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Sort findings; places and members, which are made when they are read, tell apart what is else equal."""
+    """Sort findings; places and members, which are lazy, are compared only for equal findings."""
 
     def first(one: Finding) -> tuple[Any, ...]:
         return one.severity.rank, one.code, one.topic or "", one.message
@@ -232,9 +226,9 @@ def _without_partners(
 ) -> tuple[list[Finding], int]:
     if not any(result.lonely for result in results.values()):
         return [], 0
-    from cqos_core.checking.partners import partners
+    from cqos_core.checking.unmatched_endpoints import unmatched_endpoints
 
-    return partners(system, results, packs, endpoints)
+    return unmatched_endpoints(system, results, packs, endpoints)
 
 
 def _groups(results: Iterable[TopicResult]) -> list[Group]:
@@ -243,9 +237,11 @@ def _groups(results: Iterable[TopicResult]) -> list[Group]:
     return sorted(found, key=lambda each: (each.topic, each.publishers, each.subscribers))
 
 
-def _only_tried(made: Sequence[Made], packs: Mapping[str, RulePack]) -> list[Made]:
-    """Make a warning of what is wrong with a hypothetical pair, not with an end of it: nothing says that they ever match."""
-    rules = (bound for pack in packs.values() for bound in (*pack.by_scope.get("endpoint", ()), *pack.beyond_topics))
+def _only_tried(made: Sequence[FindingDraft], packs: Mapping[str, RulePack]) -> list[FindingDraft]:
+    """Turn errors of hypothetical pairs into warnings, but not those of single ends: nothing states that these pairs match."""
+    rules = (
+        bound for pack in packs.values() for bound in (*pack.by_scope.get("endpoint", ()), *pack.participant_rules)
+    )
     own = {bound.rule.code for bound in rules}
     return [
         replace(one, finding=replace(one.finding, severity=Severity.WARNING))
@@ -271,10 +267,10 @@ def nothing_compared(system: System, endpoints: Sequence[Resolved]) -> list[Find
     return [core_finding("CQ404", message, place=place, severity=Severity.NOTE if expected else None, help=advice)]
 
 
-def merged_by_key(made: Mapping[TopicKey, Sequence[Made]], again: Again = anew) -> list[Made]:
+def merged_by_key(made: Mapping[TopicKey, Sequence[FindingDraft]], again: Memo = without_memo) -> list[FindingDraft]:
     """Collect the findings of topics; combine those that several topics share, which most are not."""
-    found: list[Made] = []
-    by_key: dict[tuple[Any, ...], list[Made]] = {}
+    found: list[FindingDraft] = []
+    by_key: dict[tuple[Any, ...], list[FindingDraft]] = {}
     for key in sorted(made):
         for one in made[key]:
             if one.merge_key[0] == "own":
@@ -284,21 +280,23 @@ def merged_by_key(made: Mapping[TopicKey, Sequence[Made]], again: Again = anew) 
     return found + [same[0] if len(same) == 1 else again(_as_one, same) for same in by_key.values()]
 
 
-def _as_one(made: Sequence[Made]) -> Made:
+def _as_one(made: Sequence[FindingDraft]) -> FindingDraft:
     return replace(made[0], finding=merged([one.finding for one in made]))
 
 
 def templates_of(system: System, endpoints: Iterable[Resolved]) -> dict[str, str]:
-    """Return what members are instances of, by id."""
+    """Return the templates of members, by id."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
-    return of | {each.id: each.kin.template for each in endpoints if each.kin.template is not None}
+    return of | {
+        each.id: each.representative.template for each in endpoints if each.representative.template is not None
+    }
 
 
 _OF_TOPICS: Final = frozenset(("CQ401", "CQ402", "CQ403", "CQ406"))
 
 
-def _once_each(findings: list[Finding], again: Again) -> list[Finding]:
-    """Put together what the core says alike of the topics of instances."""
+def _once_each(findings: list[Finding], again: Memo) -> list[Finding]:
+    """Merge equal findings of the core about the topics of instances."""
     alike: dict[object, list[Finding]] = {}
     for finding in findings:
         alike.setdefault(_alike_of_instances(finding) or id(finding), []).append(finding)
@@ -306,7 +304,7 @@ def _once_each(findings: list[Finding], again: Again) -> list[Finding]:
 
 
 def _alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
-    """Return what makes findings about the topics of instances one finding; None for any other."""
+    """Return the merge key of a finding about topics of instances; None for any other."""
     if finding.code not in _OF_TOPICS or not any(side.templates for side in finding.sides):
         return None
     sides = tuple((side.role, side.templates, side.place) for side in finding.sides)
@@ -314,7 +312,7 @@ def _alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
 
 
 def _with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
-    """Say of members that are instances what they are instances of."""
+    """Add the templates of members that are instances."""
     if not any(member in of for side in finding.sides for member in side.members):
         return finding
     sides = (
@@ -327,7 +325,7 @@ def _with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
 
 
 def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
-    """How many topics there are: a filter all of whose subscribers are on other topics is none."""
+    """Return the number of topics; a filter whose subscribers are all on other topics does not count."""
     if not any(result.lonely for result in results.values()):
         return len(results)
     met = {name for result in results.values() for group in result.groups for name in group.subscribers}
@@ -339,9 +337,9 @@ def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
 
 
 def stated_findings(
-    system: System, resolved: ResolvedSystem, context: Context, problems: Sequence[Finding]
+    system: System, resolved: ResolvedSystem, context: CheckContext, problems: Sequence[Finding]
 ) -> list[Finding]:
-    """Report what no topic decides: remarks of importers, of resolving, and of what is stated for the whole system."""
+    """Return findings that no topic decides: those of importers, of resolving, and about the whole system."""
     return [
         *_import_findings(system, context),
         *resolved.findings,
@@ -355,7 +353,7 @@ def stated_findings(
     ]
 
 
-def _import_findings(system: System, context: Context) -> list[Finding]:
+def _import_findings(system: System, context: CheckContext) -> list[Finding]:
     return [
         Finding(
             code=note.code,
@@ -376,28 +374,28 @@ def _import_findings(system: System, context: Context) -> list[Finding]:
 
 
 def check_system(
-    system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None
+    system: System, context: CheckContext, step: Callable[[int, int], None] = lambda _done, _all: None
 ) -> Report:
     """Check one system.
 
     Args:
-        system: what to check.
-        context: the packs, and what is assumed where the system says nothing.
+        system: the system.
+        context: the packs, and assumptions for settings that the system does not state.
         step: called before each topic with how many of how many are judged.
     """
     report = _checked(system, context, step)
     if not system.profiles:
         return report
-    from cqos_core.checking.trial import unused_profiles
+    from cqos_core.checking.hypothetical_pairs import unused_profiles
 
     apart = unused_profiles(system, context.default_protocol)
     return report if apart is None else _with_unused(report, _checked(apart, context))
 
 
 def _with_unused(report: Report, apart: Report) -> Report:
-    """Add what is wrong with profiles that no endpoint uses, and how many pairs of them were tried.
+    """Add findings about profiles that no endpoint uses, and the number of pairs that were tried.
 
-    Notes and what is not known matter to the user of a profile. A cause that the report has already is no second finding, and
+    Notes and unknown verdicts matter to the user of a profile, and are left out. A cause that the report has already is no second finding, and
     the topics on which profiles are tried have no names of their own to find fault with.
     """
     from cqos_core.model.codes import CODES
@@ -420,9 +418,11 @@ def _cause(finding: Finding) -> tuple[object, ...]:
     return (finding.code, frozenset(places) or finding.message)
 
 
-def _checked(system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None) -> Report:
+def _checked(
+    system: System, context: CheckContext, step: Callable[[int, int], None] = lambda _done, _all: None
+) -> Report:
     """Check one system without the profiles that no endpoint uses."""
-    with uncollected(len(system.endpoints)):
+    with gc_paused(len(system.endpoints)):
         pipeline = Pipeline(system, context)
         judged = judge_topics(pipeline, step=step)
         return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems)
@@ -477,7 +477,7 @@ def spans_topics(system: System) -> bool:
 
 
 def _over_topics(pipeline: Pipeline) -> Iterator[Finding]:
-    """Report what rests on several topics."""
+    """Yield findings that depend on several topics."""
     system = pipeline.system
     # Most systems have none of these, and their modules are a tenth of the time of a small check.
     if system.bridges:

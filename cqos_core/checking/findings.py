@@ -1,35 +1,35 @@
-"""From a rule that spoke to a finding: words, both sides' values with their origins, remedies and causes."""
+"""Makes findings of rules that report: words, values of both sides with their origins, fixes and causes."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
-from cqos_core.language.binding import parts
+from cqos_core.language.binder import parts
 from cqos_core.language.domains import Choice
 from cqos_core.language.values import START_ORDER, Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
-from cqos_core.matching.pairing import member_ids
+from cqos_core.matching.topic_groups import member_ids
+from cqos_core.model.core_findings import VERBS
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
-from cqos_core.model.later import later
-from cqos_core.model.remarks import VERBS
+from cqos_core.model.lazy_tuple import lazy_tuple
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.facts import bare_fact, fact
+from cqos_core.resolving.finding_facts import bare_fact, fact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.values import Values
     from cqos_core.language.vocabulary import Use
-    from cqos_core.matching.hits import Hit
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.rule_hits import Hit
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.finding import Remedy
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _F = TypeVar("_F")
 _T = TypeVar("_T")
@@ -38,8 +38,8 @@ LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "request
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """A finding with what is needed to put it together with others and to excuse it.
+class FindingDraft:
+    """A finding before it is merged with others and accepted.
 
     Attributes:
         cause: the facts without which a rule over pairs is undecided; empty for any other finding.
@@ -106,43 +106,43 @@ def _template_words(sides: Sequence[Side], topic: str) -> _Words:
     return words
 
 
-def headline(spoken: Violation, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
-    """One sentence that makes sense alone: the rule's own, or derived from both sides' values."""
-    rule = spoken.bound.rule
+def headline(violation: Violation, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
+    """Return one sentence that makes sense alone: the rule's own, or derived from the values of both sides."""
+    rule = violation.bound.rule
     stated = [side for side in sides if side.role in VERBS]
-    if spoken.unknown and rule.guarantee:
-        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+    if violation.unknown and rule.guarantee:
+        names = _assumptions(label for label, _ in violation.outcome.worlds)
         return _guarantees_open(stated, [rule.guarantee], names, because)
-    if spoken.unknown:
-        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(spoken, side)))
+    if violation.unknown:
+        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(violation, side)))
         subjects = " and ".join(subject(side) for side in reversed(stated))
         fit = f"whether {subjects} fit in {policies}"
         if len(stated) == 1:
             fit = f"whether {policies} of {subjects} will do"
         if tuple(because) == (START_ORDER,):
             return f"depends on start order: {fit}"
-        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+        names = _assumptions(label for label, _ in violation.outcome.worlds)
         return f"{fit} is not known: {_why_unknown(names, because)}"
     if rule.says:
         return _fill(rule.says, _template_words(sides, topic))
-    if spoken.bound.scope == "pair":
+    if violation.bound.scope == "pair":
         # The offer comes first, for any primary side.
         clauses = [
-            f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(spoken, side))}"
+            f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(violation, side))}"
             for side in reversed(stated)
             if side.facts
         ]
         text = ", ".join(clauses)
         return text if rule.kind == "requires" else f"{text}: {rule.because}"
-    if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
+    if violation.bound.scope == "signal" and not any(side.facts for side in stated):
         return f"on topic `{topic}`, {rule.because}"
     clauses = [f"{subject(side)} has {_values(side.facts)}" for side in sides if side.facts]
     return f"{', '.join(clauses) or f'topic `{topic}`'}: {rule.because}"
 
 
-def _compared(spoken: Violation, side: Side) -> Sequence[Fact]:
+def _compared(violation: Violation, side: Side) -> Sequence[Fact]:
     """The values of a side that a rule compares; options only steer it, so they count where there is nothing else."""
-    policies = (spoken.bound.bound.vocabulary.policies[use.index] for use in spoken.bound.bound.uses)
+    policies = (violation.bound.bound.vocabulary.policies[use.index] for use in violation.bound.bound.uses)
     options = {policy.name for policy in policies if policy.level == "option"}
     return [each for each in side.facts if each.policy not in options] or side.facts
 
@@ -153,13 +153,13 @@ def _fill(template: str, words: Mapping[str, str]) -> str:
     return re.sub(r"\{([^{}]+)\}", lambda match: words.get(match[1], match[0]), template)
 
 
-def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
-    """What an undecided rule rests on: assumptions by name, and the reasons why values are not known."""
-    if spoken.failed is not None:
-        return (spoken.failed,)
+def causes(violation: Violation, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
+    """Return the causes of an undecided rule: assumptions by name, and the reasons why values are unknown."""
+    if violation.failed is not None:
+        return (violation.failed,)
     found: dict[str, None] = {}
     ends = [end for end in (publisher, subscriber) if end is not None]
-    for use in _open_uses(spoken.bound.bound, ends[0].values, ends[-1].values) if ends else ():
+    for use in _open_uses(violation.bound.bound, ends[0].values, ends[-1].values) if ends else ():
         profile = subscriber if use.second else publisher
         if profile is not None:
             _cause(profile.values[use.index], found)
@@ -167,7 +167,7 @@ def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfi
 
 
 def _open_uses(bound: BoundCondition, a: Values, b: Values) -> Iterator[Use]:
-    """Yield what an undecided condition reads, without what its decided parts read: these leave nothing open."""
+    """Yield the values that an undecided condition reads, without those of its decided parts."""
     undecided = () if bound.aggregate_uses else [part for part in parts(bound) if part.judge(a, b).result is None]
     if not undecided:
         yield from bound.uses
@@ -195,10 +195,10 @@ def _why_unknown(names: Sequence[str], because: Sequence[str]) -> str:
     return f"it depends on {' and '.join(names)}" if names else "; ".join(because)
 
 
-def _worlds(spoken: Violation) -> dict[str, Verdict]:
+def _worlds(violation: Violation) -> dict[str, Verdict]:
     """The verdict under each assumption."""
     verdicts = {True: Verdict.COMPATIBLE, False: Verdict.INCOMPATIBLE, None: Verdict.UNKNOWN}
-    return {label: verdicts[result] for label, result in spoken.outcome.worlds}
+    return {label: verdicts[result] for label, result in violation.outcome.worlds}
 
 
 def _assumptions(labels: Iterable[str]) -> list[str]:
@@ -207,7 +207,7 @@ def _assumptions(labels: Iterable[str]) -> list[str]:
 
 
 def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
-    """What to state so that the answer is known."""
+    """Return the settings to state so that the answer is known."""
     steps = [
         "state `starts_after:` where the order of start is certain"
         if name == START_ORDER
@@ -218,13 +218,13 @@ def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
     return "; ".join(steps) or None
 
 
-def _order_notes(spoken: Violation) -> tuple[str, ...]:
+def _order_notes(violation: Violation) -> tuple[str, ...]:
     """The order of the values compared, for ordered choices whose names are no numbers."""
-    if spoken.bound.scope != "pair":
+    if violation.bound.scope != "pair":
         return ()
-    vocabulary = spoken.bound.bound.vocabulary
+    vocabulary = violation.bound.bound.vocabulary
     notes: dict[str, None] = {}
-    for use in spoken.bound.bound.uses:
+    for use in violation.bound.bound.uses:
         policy = vocabulary.policies[use.index]
         domain = policy.domain
         names = domain.names if isinstance(domain, Choice) and domain.ordered else ()
@@ -234,7 +234,7 @@ def _order_notes(spoken: Violation) -> tuple[str, ...]:
 
 
 def sides_of(
-    spoken: Violation,
+    violation: Violation,
     publishers: Iterable[EndpointGroup],
     subscribers: Iterable[EndpointGroup],
     *,
@@ -245,13 +245,13 @@ def sides_of(
     ``for_words``: without places, labels and origins, which take longer to find than all that a message says.
     """
     groups = {SUBSCRIBER: list(subscribers), PUBLISHER: list(publishers)}
-    pair = spoken.bound.scope == "pair"
+    pair = violation.bound.scope == "pair"
     return [
         _side(
             role,
             members,
-            [use for use in spoken.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
-            meeting=spoken.bound.rule.kind == "meets",
+            [use for use in violation.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
+            meeting=violation.bound.rule.kind == "meets",
             for_words=for_words,
         )
         for role, members in groups.items()
@@ -259,8 +259,8 @@ def sides_of(
     ]
 
 
-def shown(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
-    """Return the groups that show what a hit says: where its values differ, only an example can."""
+def shown_groups(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
+    """Return the groups that show a hit: only an example if its values differ."""
     if not hit.more:
         return [*hit.publishers], [*hit.subscribers]
     one = {role: [members.only([members.first])] for role, members in hit.example.items()}
@@ -268,40 +268,40 @@ def shown(hit: Hit[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGr
 
 
 def _sides(hit: Hit[EndpointGroup]) -> list[Side]:
-    found = sides_of(hit.spoken, hit.publishers, hit.subscribers)
+    found = sides_of(hit.violation, hit.publishers, hit.subscribers)
     # No single change fixes further combinations of values.
     return [replace(side, facts=()) for side in found] if hit.more else found
 
 
-def make(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> Made:
-    """Turn what a rule says of groups of a topic into a finding."""
-    spoken = hit.spoken
-    bound = spoken.bound
-    publishers, subscribers = shown(hit)
-    example = sides_of(spoken, publishers, subscribers, for_words=True)
+def draft_finding(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> FindingDraft:
+    """Turn a hit of a rule on a topic into a finding."""
+    violation = hit.violation
+    bound = violation.bound
+    publishers, subscribers = shown_groups(hit)
+    example = sides_of(violation, publishers, subscribers, for_words=True)
     rule = bound.rule
     because: tuple[str, ...] = ()
-    if spoken.unknown:
+    if violation.unknown:
         first, second = (
             (each or other)[0].profile for each, other in ((publishers, subscribers), (subscribers, publishers))
         )
-        because = causes(spoken, first, second)
-    worlds = _worlds(spoken)
+        because = causes(violation, first, second)
+    worlds = _worlds(violation)
     notes = because if not worlds else ()
-    message = headline(spoken, example, topic.shown, because)
+    message = headline(violation, example, topic.shown, because)
     if hit.more:
         message = f"{_further(hit)}, for instance: {message}"
     finding = Finding(
-        code="CQ701" if spoken.failed else rule.code,
-        name="rule-failed" if spoken.failed else rule.name,
-        severity=Severity.ERROR if spoken.failed else _severity(spoken),
-        message=f"rule {rule.code} could not be judged: {spoken.failed}" if spoken.failed else message,
+        code="CQ701" if violation.failed else rule.code,
+        name="rule-failed" if violation.failed else rule.name,
+        severity=Severity.ERROR if violation.failed else _severity(violation),
+        message=f"rule {rule.code} could not be judged: {violation.failed}" if violation.failed else message,
         source=topic.pack.id,
         topic=topic.shown,
-        verdict=_verdict(spoken),
-        sides=later(_sides, hit),
-        remedies=() if spoken.failed or hit.more else later(_remedies, (topic, hit)),
-        notes=(*notes, *_order_notes(spoken)),
+        verdict=_verdict(violation),
+        sides=lazy_tuple(_sides, hit),
+        remedies=() if violation.failed or hit.more else lazy_tuple(_remedies, (topic, hit)),
+        notes=(*notes, *_order_notes(violation)),
         because=rule.because,
         clause=rule.clause,
         help=_next_step(worlds) or rule.help or None,
@@ -309,43 +309,43 @@ def make(topic: MatchedTopic, hit: Hit[EndpointGroup]) -> Made:
         worlds=worlds,
     )
     cause = because if bound.scope == "pair" and not hit.more else ()
-    word = (rule.guarantee or "") if cause and not spoken.failed else ""
-    return Made(finding, _merge_key(hit, finding, because), hit.tags, cause, word)
+    word = (rule.guarantee or "") if cause and not violation.failed else ""
+    return FindingDraft(finding, _merge_key(hit, finding, because), hit.tags, cause, word)
 
 
 def _further(hit: Hit[EndpointGroup]) -> str:
-    """How many combinations are put together here."""
+    """Return the number of combinations that are merged here, in words."""
     what = "combination of values" if hit.more == 1 else "combinations of values"
-    if hit.spoken.unknown:
+    if hit.violation.unknown:
         return f"{hit.more} further {what} {'is' if hit.more == 1 else 'are'} not known to fit"
     return f"{hit.more} further {what} {'breaks' if hit.more == 1 else 'break'} the rule"
 
 
-def _severity(spoken: Violation) -> Severity:
-    rule = spoken.bound.rule
-    if rule.kind != "forbids" and (spoken.unknown or rule.doubt):
-        return max(Severity.WARNING, Severity(spoken.bound.severity), key=lambda severity: severity.rank)
-    return Severity(spoken.bound.severity)
+def _severity(violation: Violation) -> Severity:
+    rule = violation.bound.rule
+    if rule.kind != "forbids" and (violation.unknown or rule.doubt):
+        return max(Severity.WARNING, Severity(violation.bound.severity), key=lambda severity: severity.rank)
+    return Severity(violation.bound.severity)
 
 
-def _verdict(spoken: Violation) -> Verdict | None:
-    if spoken.bound.scope != "pair":
-        return Verdict.INCOMPATIBLE if spoken.refuses else None
-    verdict = verdict_of(spoken)
+def _verdict(violation: Violation) -> Verdict | None:
+    if violation.bound.scope != "pair":
+        return Verdict.INCOMPATIBLE if violation.refuses else None
+    verdict = verdict_of(violation)
     return None if verdict is Verdict.COMPATIBLE else verdict
 
 
 def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
-    """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
-    rule = hit.spoken.bound.rule
+    """Return the merge key: findings with equal keys are one finding, such as one unknown cause over many topics."""
+    rule = hit.violation.bound.rule
     if hit.more:
         return ("own", object())
     if because:
-        # What is not known may lead to other verdicts elsewhere, and then it is another finding.
+        # An unknown value may lead to other verdicts elsewhere, and then it is another finding.
         return ("cause", rule.code, because, tuple(finding.worlds.items()), hit.tags)
     endpoints = [e for members in (*hit.publishers, *hit.subscribers) for e in members.endpoints]
-    if any(each.kin.template is not None for each in endpoints):
-        templates = frozenset(each.kin.template or each.id for each in endpoints)
+    if any(each.representative.template is not None for each in endpoints):
+        templates = frozenset(each.representative.template or each.id for each in endpoints)
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         return ("template", rule.code, templates, values, hit.tags)
     if any(endpoint.visiting for endpoint in endpoints):
@@ -353,8 +353,8 @@ def _merge_key(hit: Hit[EndpointGroup], finding: Finding, because: tuple[str, ..
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         wanting = frozenset(e.id for members in hit.subscribers for e in members.endpoints)
         return ("meeting", rule.code, wanting, values, hit.tags)
-    if hit.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
-        # What is wrong with a service is stated once, though it has several topics.
+    if hit.violation.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
+        # A mistake in a service is stated once, though the service has several topics.
         stated = frozenset(e.stated_id for e in endpoints)
         return (
             "stated",
@@ -389,33 +389,33 @@ def merged(findings: Sequence[Finding]) -> Finding:
     return replace(
         first,
         sides=tuple(sides),
-        remedies=later(lambda: _merged_remedies(findings)),
+        remedies=lazy_tuple(lambda: _merged_remedies(findings)),
         pairs=sum(finding.pairs for finding in findings),
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
     )
 
 
-class Again(Protocol):
-    """Makes something of findings; one that remembers makes the same again of the same ones."""
+class Memo(Protocol):
+    """Calls a function on findings; may return an earlier result of the same findings."""
 
     def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
-        """Return what ``make`` makes of them."""
+        """Return ``make(of)``."""
 
 
-def anew(make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
-    """Remember nothing."""
+def without_memo(make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
+    """Call ``make`` each time."""
     return make(of)
 
 
-def one_per_cause(made: Sequence[Made], again: Again = anew) -> list[Made]:
-    """Report once per pair what one missing fact leaves open: guarantees together, or beside what else of it the fact decides.
+def one_per_cause(made: Sequence[FindingDraft], again: Memo = without_memo) -> list[FindingDraft]:
+    """Merge the findings of a pair that one missing fact leaves open: guarantees with each other, or with another finding of that fact.
 
     A cause of the same words is the same fact only for the same endpoints of one protocol.
     """
-    alike: dict[tuple[Any, ...], list[list[Made]]] = {}
-    kept: list[list[Made]] = []
-    # Those of most endpoints come first: what is about some of them joins.
+    alike: dict[tuple[Any, ...], list[list[FindingDraft]]] = {}
+    kept: list[list[FindingDraft]] = []
+    # Findings of the most endpoints come first; those about some of these endpoints join them.
     for one in sorted([one for one in made if one.cause], key=_by_endpoints):
         known = alike.setdefault(_cause_of(one), [])
         ends = set(one.finding.endpoints)
@@ -429,18 +429,18 @@ def one_per_cause(made: Sequence[Made], again: Again = anew) -> list[Made]:
     return [*[one for one in made if not one.cause], *joined]
 
 
-def _by_endpoints(one: Made) -> tuple[bool, int, str]:
+def _by_endpoints(one: FindingDraft) -> tuple[bool, int, str]:
     return bool(one.guarantee), -len(one.finding.endpoints), one.finding.code
 
 
-def _cause_of(one: Made) -> tuple[Any, ...]:
-    """What has to be equal for one missing fact to be the cause of several findings."""
+def _cause_of(one: FindingDraft) -> tuple[Any, ...]:
+    """Return a key that is equal for findings of one missing fact."""
     finding = one.finding
     whose = (finding.source, finding.topic, finding.more_topics)
     return (*whose, one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
 
 
-def _together(made: Sequence[Made]) -> Made:
+def _together(made: Sequence[FindingDraft]) -> FindingDraft:
     """Put findings of several rules that one missing fact leaves undecided together, under the code of the first."""
     first, findings = made[0].finding, [one.finding for one in made]
     worlds = {
@@ -455,7 +455,7 @@ def _together(made: Sequence[Made]) -> Made:
             message=_guarantees_open(first.sides, words, _assumptions(worlds), made[0].cause)
             if made[0].guarantee
             else first.message,
-            remedies=later(lambda: _merged_remedies(findings)),
+            remedies=lazy_tuple(lambda: _merged_remedies(findings)),
             more_codes=tuple(sorted({finding.code for finding in findings} - {first.code})),
             notes=tuple(dict.fromkeys(note for finding in findings for note in finding.notes)),
             worlds=worlds,
@@ -463,22 +463,22 @@ def _together(made: Sequence[Made]) -> Made:
     )
 
 
-def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:
-    """Turn what a rule says of participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
+def participant_finding(bound: BoundRule, violation: Violation, endpoints: Sequence[Resolved]) -> Finding:
+    """Turn the report of a rule over participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
     rule, first = bound.rule, min(endpoints, key=lambda endpoint: endpoint.participant.participant.id)
     members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))
     facts = tuple(fact(first, first.profile, use.index) for use in bound.bound.uses)
     side = Side("participant", members, "set here", facts, first.participant.participant.place)
     says = _fill(rule.says, _template_words([side], "")) if rule.says else ""
     return Finding(
-        code="CQ701" if spoken.failed else rule.code,
-        name="rule-failed" if spoken.failed else rule.name,
-        severity=Severity.ERROR if spoken.failed else _severity(spoken),
-        message=f"rule {rule.code} could not be judged: {spoken.failed}"
-        if spoken.failed
+        code="CQ701" if violation.failed else rule.code,
+        name="rule-failed" if violation.failed else rule.name,
+        severity=Severity.ERROR if violation.failed else _severity(violation),
+        message=f"rule {rule.code} could not be judged: {violation.failed}"
+        if violation.failed
         else says or f"{subject(side)} has {_values(facts)}: {rule.because}",
         source=first.pack.id,
-        verdict=_verdict(spoken),
+        verdict=_verdict(violation),
         sides=(side,),
         because=rule.because,
         clause=rule.clause,
@@ -490,7 +490,7 @@ def _remedies(of: tuple[MatchedTopic, Hit[EndpointGroup]]) -> tuple[Remedy, ...]
     from cqos_core.checking.fixes import remedies
 
     topic, hit = of
-    return remedies(topic, hit.spoken, list(hit.publishers), list(hit.subscribers))
+    return remedies(topic, hit.violation, list(hit.publishers), list(hit.subscribers))
 
 
 def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:

@@ -1,4 +1,4 @@
-"""Fixes of one finding: which single changes of a value make its rule pass, and what each does to the topic's pairs."""
+"""Fixes of one finding: single changes of a value that satisfy its rule, with their effect on the topic's pairs."""
 
 from __future__ import annotations
 
@@ -9,41 +9,41 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
-from cqos_core.language.solve import restated, solutions
+from cqos_core.language.solutions import restated, solutions
 from cqos_core.language.values import FromPeers, Value
-from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
-from cqos_core.matching.pairing import member_ids
+from cqos_core.matching.judge import Violation, failed_match_conditions, judge_endpoint, judge_pair, of_end
+from cqos_core.matching.topic_groups import member_ids
+from cqos_core.model.core_findings import VERBS
 from cqos_core.model.finding import Finding, Remedy
-from cqos_core.model.remarks import VERBS
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.rewrites import edits_of
+from cqos_core.resolving.setting_edits import edits_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Role
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
     Groups: TypeAlias = Sequence[EndpointGroup]
 
 LEVELS: Final = (ENDPOINT, "participant")
-"""What an endpoint has for itself."""
+"""Levels of policies that belong to an endpoint alone."""
 _PARTNERS_ASKED: Final = 20
-"""How many groups of partners each changed endpoint is tried with before a change is offered."""
+"""Groups of partners with which each changed endpoint is tried before a change is offered."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
 
 _CHANGED: Final = 1_024
-"""How many changed profiles are kept: each is asked for when a change is tried, when it is offered, and for its effect."""
+"""Changed profiles that are cached: each is needed when a change is tried, when it is offered, and for its effect."""
 
 
-def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
+def remedies(topic: MatchedTopic, violation: Violation, publishers: Groups, subscribers: Groups) -> tuple[Remedy, ...]:
     """Return the changes of one value that make the rule pass; that of the fewest endpoints first."""
-    bound, pair = spoken.bound, spoken.bound.scope == "pair"
+    bound, pair = violation.bound, violation.bound.scope == "pair"
     if bound.scope == "signal":
         return ()
     a, b = ((groups or publishers or subscribers)[0].profile.values for groups in (publishers, subscribers))
@@ -59,21 +59,21 @@ def remedies(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscri
         found = solutions(bound.bound, a, b, second=second, want=want, fixes=fixes, pair=pair, may=may, levels=levels)
         return [remedy for each in found for remedy in _remedy(topic, role, own, each.index, each.value)]
 
-    found = _shared(topic, spoken, publishers, subscribers)
+    found = _shared(topic, violation, publishers, subscribers)
     # A guarantee may rest on one side alone.
     found += changes(PUBLISHER) if publishers else []
     found += changes(SUBSCRIBER) if subscribers and (pair or not publishers) else []
     if pair and bound.rule.guarantee and not found:
         # Where no setting gives it, only less can be required.
         found = changes(SUBSCRIBER, (f"{NEED}.{bound.rule.guarantee}",), (NEED,))
-    # What connects today is no price for what is only advised or not known.
-    pays = bound.rule.severity == "error" and not spoken.unknown and not bound.rule.doubt
+    # A change for advice or an unknown verdict must not break a pair that connects today.
+    pays = bound.rule.severity == "error" and not violation.unknown and not bound.rule.doubt
     return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))
 
 
-def _shared(topic: MatchedTopic, spoken: Violation, publishers: Groups, subscribers: Groups) -> list[Remedy]:
-    """Return the changes of what the endpoints share: of their broker, or of the topic."""
-    bound = spoken.bound
+def _shared(topic: MatchedTopic, violation: Violation, publishers: Groups, subscribers: Groups) -> list[Remedy]:
+    """Return the changes of a target that the endpoints share: their broker, or the topic."""
+    bound = violation.bound
     first, second = (publishers or subscribers)[0], (subscribers or publishers)[0]
     groups = [*publishers, *subscribers]
     role: Role = PUBLISHER if publishers else SUBSCRIBER
@@ -120,8 +120,8 @@ def _all_may(topic: MatchedTopic, sharing: Groups, groups: Groups, index: int, v
             return False
     return not any(
         _new(
-            judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).spoken,
-            judge_pair(p.profile, s.profile).spoken,
+            judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).violations,
+            judge_pair(p.profile, s.profile).violations,
         )
         for p, s in islice(_pairs_of(topic, groups), _PARTNERS_ASKED)
     )
@@ -150,7 +150,7 @@ def _may(role: Role, groups: Groups, partners: Groups, others: Groups, index: in
         if _left_open("endpoint", index, after, after, role):
             return False
         for partner in others[:_PARTNERS_ASKED]:
-            then, now = (_spoken(profile, partner.profile, role) for profile in (before, after))
+            then, now = (_violations(profile, partner.profile, role) for profile in (before, after))
             ends = (after, partner.profile) if role == PUBLISHER else (partner.profile, after)
             if _left_open("pair", index, *ends):
                 return False
@@ -164,19 +164,19 @@ def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
     return profile.with_values(restated(profile.values, profile.pack.vocabulary, index, value))
 
 
-def _errors(spoken: Iterable[Violation]) -> set[str]:
-    return {each.bound.rule.code for each in spoken if each.bound.rule.severity == "error" and not each.unknown}
+def _errors(violations: Iterable[Violation]) -> set[str]:
+    return {each.bound.rule.code for each in violations if each.bound.rule.severity == "error" and not each.unknown}
 
 
 def _new(after: Iterable[Violation], before: Sequence[Violation]) -> set[str]:
-    """Return the errors that a change brings, also those that it may bring: what follows from a value is not known then."""
+    """Return the errors that a change brings or may bring; values that follow from the changed one are unknown."""
     unknown = {each.bound.rule.code for each in before if each.unknown}
     possible = {each.bound.rule.code for each in after if each.bound.rule.severity == "error"}
     return possible - _errors(before) - unknown | (_errors(after) - _errors(before))
 
 
 def _left_open(scope: str, index: int, a: QosProfile, b: QosProfile, role: str | None = None) -> bool:
-    """Whether a change may break what is forbidden, because what follows from it is not known."""
+    """Return whether a change may violate a rule that forbids, because values that follow from it are unknown."""
     vocabulary = a.pack.vocabulary
     following = vocabulary.following.get(vocabulary.policies[index].name, ())
     return bool(following) and any(
@@ -188,9 +188,9 @@ def _left_open(scope: str, index: int, a: QosProfile, b: QosProfile, role: str |
     )
 
 
-def _spoken(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Violation, ...]:
+def _violations(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Violation, ...]:
     publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
-    return judge_pair(publisher, subscriber).spoken
+    return judge_pair(publisher, subscriber).violations
 
 
 def _rank(remedy: Remedy) -> tuple[Any, ...]:
@@ -279,7 +279,7 @@ def _where(members: Sequence[str]) -> str:
 
 
 def _named(endpoint: Resolved, level: str) -> str:
-    """Return what a change of a level is of, where that is no endpoint."""
+    """Return the target of a change if it is not an endpoint."""
     if level == BROKER and endpoint.participant.broker is not None:
         return f"of broker {endpoint.participant.broker.id}"
     if level == TOPIC:
@@ -290,7 +290,7 @@ def _named(endpoint: Resolved, level: str) -> str:
 def remedy_text(
     role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint", shared: str = ""
 ) -> str:
-    """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` names what is none of endpoints."""
+    """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` is the target if it is not an endpoint."""
     if shared:
         return f"set {policy} `{value}` {shared}"
     where = _where(members)
@@ -302,7 +302,7 @@ def remedy_text(
 
 
 def effect(topic: MatchedTopic, groups: Groups, index: int, value: Plain) -> tuple[int | None, int | None]:
-    """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
+    """Return the number of pairs of the topic that a change improves, and the number that it worsens; None if counting would take too long."""
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
         return None, None
     improves = breaks = 0
@@ -320,7 +320,7 @@ def effect(topic: MatchedTopic, groups: Groups, index: int, value: Plain) -> tup
 
 
 def _reaches_far(groups: Iterable[EndpointGroup], index: int) -> bool:
-    """Whether something that bounds endpoints of other topics too follows from a value."""
+    """Return whether values that bound endpoints of other topics follow from a value."""
     return any(
         vocabulary.policies[at].together
         for members in groups
@@ -337,7 +337,7 @@ def _required_elsewhere(topic: MatchedTopic, groups: Groups) -> bool:
 
 def _rank_of(publisher: EndpointGroup, offered: QosProfile, subscriber: EndpointGroup, requested: QosProfile) -> int:
     """Verdict of a pair by rank, with what its ends allow at best; a pair that does not meet is worse than any verdict."""
-    if apart(offered, requested):
+    if failed_match_conditions(offered, requested):
         return 3
     ends = (
         *of_end(offered, PUBLISHER, publisher.observed, publisher.wired),

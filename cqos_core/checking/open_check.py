@@ -1,4 +1,4 @@
-"""A check that stays open: endpoints are put in place of others, and the topics that they touch are judged again."""
+"""A check that stays open: endpoints replace others, and only their topics are judged again."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from cqos_core.checking.checker import (
-    as_said,
+    as_drafts,
     assemble,
-    by_themselves,
-    collapses,
+    merge_drafts,
     merged_by_key,
+    name_collision_findings,
     nothing_compared,
     participant_findings,
-    put_together,
     spans_topics,
     stated_findings,
     templates_of,
+    with_acceptances,
 )
-from cqos_core.checking.partners import partners, read_of_topic
-from cqos_core.checking.topic import check_topic
+from cqos_core.checking.topic_check import check_topic
+from cqos_core.checking.unmatched_endpoints import read_of_topic, unmatched_endpoints
 from cqos_core.matching.wire import meet_by_name
 from cqos_core.model.changes import Counts
 from cqos_core.model.grouping import grouped
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.checking.checker import JudgedTopics
-    from cqos_core.checking.findings import Made
-    from cqos_core.checking.topic import TopicResult
+    from cqos_core.checking.findings import FindingDraft
+    from cqos_core.checking.topic_check import TopicResult
     from cqos_core.matching.hops import Topics
-    from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Verdict
     from cqos_core.model.report import Group, Report
     from cqos_core.model.system import Endpoint, System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 _F = TypeVar("_F")
@@ -46,7 +46,7 @@ _T = TypeVar("_T")
 
 
 class Step(NamedTuple):
-    """What an edit did: the groups that went and that came, and how many topics were judged for it."""
+    """The effect of an edit: removed and added groups, and the number of judged topics."""
 
     gone: list[Group]
     came: list[Group]
@@ -68,7 +68,7 @@ class OpenCheck:
     """
 
     def __init__(self, pipeline: Pipeline, judged: JudgedTopics, topics: Topics, system: Callable[[], System]) -> None:
-        """Take what was judged; edits change ``topics`` and their results, and ``system`` returns what is stated by then."""
+        """Begin with judged topics; edits change ``topics`` and their results, and ``system`` returns the system at that time."""
         self._rules, self._context, self._system = pipeline.stated, pipeline.where, system
         self._resolver, self._topics, self._judged = pipeline.resolver, topics, judged
         result = self._resolver.result
@@ -76,8 +76,8 @@ class OpenCheck:
         self._parts = grouped((each.stated_id, each) for each in endpoints)
         self._size = len(endpoints)
         self._made = {key: made for key, each in sorted(judged.results.items()) if (made := _made(each))}
-        self._stated = by_themselves(stated_findings(self._rules, result, self._context, judged.problems))
-        self._of_participants = by_themselves(participant_findings(endpoints))
+        self._stated = as_drafts(stated_findings(self._rules, result, self._context, judged.problems))
+        self._of_participants = as_drafts(participant_findings(endpoints))
         self._alone, self._unmatched = self._without_partners()
         self._templates, self._again = templates_of(self._rules, endpoints), _Again()
         self._pairs = _pairs(self.groups)
@@ -94,7 +94,7 @@ class OpenCheck:
         return [*chain.from_iterable(self._parts.get(each.id, ()) for each in self._system().endpoints)]
 
     def parts(self, name: str) -> Sequence[Resolved]:
-        """Return what a stated endpoint amounts to, by its id."""
+        """Return the resolved endpoints of a stated one, by its id."""
         return self._parts.get(name, ())
 
     def report(self) -> Report:
@@ -112,7 +112,7 @@ class OpenCheck:
         for name, stated in edited.items():
             before = self._parts.pop(name, [])
             now = self._resolver.again(stated, before)
-            if name in self._resolver.reaching or any(each.kin.protocol for each in (*before, *now)):
+            if name in self._resolver.reaching or any(each.representative.protocol for each in (*before, *now)):
                 return None
             if now:
                 self._parts[name] = now
@@ -121,7 +121,7 @@ class OpenCheck:
         return None if self._resolver.is_joint else self._follow(gone, came)
 
     def _follow(self, gone: Sequence[Resolved], came: Sequence[Resolved]) -> Step:
-        """Judge the topics that endpoints leave or come to, and find again what else rests on these endpoints."""
+        """Judge the topics that endpoints leave or join, and redo findings that depend on these endpoints."""
         touched = {(each.pack.id, each.key): None for each in (*gone, *came) if each.key is not None}
         for each in gone:
             if each.key is not None:
@@ -132,8 +132,8 @@ class OpenCheck:
         before = {key: self._judged.results.get(key) for key in touched}
         now = {key: self._judge_again(key) for key in touched}
         self._size += len(came) - len(gone)
-        if any(each.beyond_topics for each in self._resolver.result.packs.values()):
-            self._of_participants = by_themselves(participant_findings(self.endpoints))
+        if any(each.participant_rules for each in self._resolver.result.packs.values()):
+            self._of_participants = as_drafts(participant_findings(self.endpoints))
         if any(read_of_topic(before[key]) != read_of_topic(now[key]) for key in touched):
             self._alone, self._unmatched = self._without_partners()
         if _templates(gone) != _templates(came):
@@ -156,23 +156,25 @@ class OpenCheck:
             self._made[key] = made
         return found
 
-    def _without_partners(self) -> tuple[list[Made], int]:
-        found, count = partners(self._system(), self._judged.results, self._resolver.result.packs, self.endpoints)
-        return by_themselves(found), count
+    def _without_partners(self) -> tuple[list[FindingDraft], int]:
+        found, count = unmatched_endpoints(
+            self._system(), self._judged.results, self._resolver.result.packs, self.endpoints
+        )
+        return as_drafts(found), count
 
     def _put_together(self) -> None:
         made = [*merged_by_key(self._made, self._again), *self._stated, *self._of_participants, *self._alone]
         if not self._pairs:
-            made += by_themselves(nothing_compared(self._system(), self.endpoints))
-        said = as_said(made, self._rules, self._context, self._again)
-        self.findings = put_together(said, self._templates, self._again)
+            made += as_drafts(nothing_compared(self._system(), self.endpoints))
+        said = with_acceptances(made, self._rules, self._context, self._again)
+        self.findings = merge_drafts(said, self._templates, self._again)
         self._again.forget_others()
         severities = Counter([each.severity for each in self.findings if each.accepted is None])
         self.counts = Counts(self._size, len(self._judged.results), self._unmatched, self._pairs, severities)
 
 
 class _Again:
-    """Gives again what it made of the same in the round before, so that an edit changes only findings that it concerns."""
+    """Returns the result of the round before for the same findings, so that an edit changes only findings that it concerns."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Any] = {}
@@ -180,18 +182,18 @@ class _Again:
 
     def __call__(self, make: Callable[[Sequence[_F]], _T], of: Sequence[_F]) -> _T:
         key = (make.__qualname__, *map(id, of))
-        # What it was made of is kept with it, so that no other thing gets its id.
+        # The input is kept with the result, so that its id is not reused.
         made, _ = self._asked[key] = self._asked.get(key) or self._known.get(key) or (make(of), of)
         return made
 
     def forget_others(self) -> None:
-        """Forget what this round did not ask for, and begin another."""
+        """Drop results that this round did not use, and begin another round."""
         self._known, self._asked = self._asked, {}
 
 
-def _made(result: TopicResult) -> list[Made]:
+def _made(result: TopicResult) -> list[FindingDraft]:
     own = [each for each in result.endpoints if not each.is_copy]
-    return [*result.made, *by_themselves(collapses(own))]
+    return [*result.made, *as_drafts(name_collision_findings(own))]
 
 
 def _pairs(groups: Iterable[Group]) -> Counter[Verdict]:
@@ -202,4 +204,4 @@ def _pairs(groups: Iterable[Group]) -> Counter[Verdict]:
 
 
 def _templates(endpoints: Iterable[Resolved]) -> set[tuple[str, str | None]]:
-    return {(each.id, each.kin.template) for each in endpoints if each.kin.template is not None}
+    return {(each.id, each.representative.template) for each in endpoints if each.representative.template is not None}

@@ -1,4 +1,4 @@
-"""A system kept open while it is edited: after an edit only the topics are judged again that it touches.
+"""A session: a system kept open while it is edited. After an edit only its topics are judged again.
 
 A session's report equals that of a fresh check, always.
 """
@@ -14,16 +14,16 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from cqos_core.checking.checker import assemble, check_system, judge_topics
-from cqos_core.checking.edits import Edits
+from cqos_core.checking.hypothetical_pairs import unused_profiles, with_profiles_tried
 from cqos_core.checking.open_check import OpenCheck, may_stay_open
-from cqos_core.checking.trial import tried_out, unused_profiles
+from cqos_core.checking.system_editor import SystemEditor
 from cqos_core.files.reading import faults, faults_of
-from cqos_core.matching.pipeline import Context, Pipeline, context
-from cqos_core.model.changes import Changes, Counts, Difference, counted
-from cqos_core.model.exact_places import exact_places
+from cqos_core.matching.pipeline import CheckContext, Pipeline, context
+from cqos_core.model.changes import Changes, Counts, NetChange, counted
+from cqos_core.model.exact_columns import with_exact_columns
 from cqos_core.model.finding import Verdict
+from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.grouping import grouped
-from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report
 from cqos_core.model.settings import Setting
@@ -32,34 +32,34 @@ from cqos_core.model.system import NAMED, Participant, System
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from cqos_core.checking.topic import TopicResult
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.checking.topic_check import TopicResult
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _T = TypeVar("_T")
 _RULES: Final = frozenset({"checks", "accept", "severities"})
 _REMEMBERED: Final = 100
-"""How many revisions a session can go back to."""
+"""Revisions that a session can go back to."""
 
 
 class _Revision(NamedTuple):
-    """What one call of `Session.changes` found: findings and groups that came and went, and the counts before and after."""
+    """The result of one call of `Session.changes`: added and removed findings and groups, and the counts before and after."""
 
     number: int
-    findings: Difference
-    groups: Difference
+    findings: NetChange
+    groups: NetChange
     before: Counts
     counts: Counts
 
 
-class Session(Edits):
+class Session(SystemEditor):
     """Holds one system open for edits.
 
     Attributes:
-        judged: how many topics the last `report` or `changes` judged anew, for those who want to see that it is few.
+        judged: the number of topics that the last `report` or `changes` judged.
     """
 
     def __init__(
@@ -73,14 +73,14 @@ class Session(Edits):
         """Open ``system``, or an empty one; the session keeps a copy; bridges may make so many endpoints of it.
 
         Raises:
-            InputError: it is none that can be checked; every fault is listed.
+            InputError: the system cannot be checked; every fault is listed.
         """
         if system is not None and (wrong := faults(system)):
             raise InputError(wrong)
         system = system or System()
         self._endpoints = grouped((each.id, _copied(each)) for each in system.endpoints)
         self._rest = deepcopy(replace(system, endpoints=[]))
-        self._context: Context = context(packs, protocol)
+        self._context: CheckContext = context(packs, protocol)
         if most_endpoints is not None:
             self._context = replace(self._context, most_endpoints=most_endpoints)
         self._results: dict[TopicKey, TopicResult] = {}
@@ -91,7 +91,7 @@ class Session(Edits):
         self._opened = self._stayed = False
         self._touched: dict[str, None] = {}
         self._counts = Counts()
-        self._pending = _Revision(0, Difference(), Difference(), self._counts, self._counts)
+        self._pending = _Revision(0, NetChange(), NetChange(), self._counts, self._counts)
         self._revisions = deque[_Revision](maxlen=_REMEMBERED)
         self.judged = 0
 
@@ -162,12 +162,12 @@ class Session(Edits):
         if self._report is None:
             last = self._last.report() if isinstance(self._last, OpenCheck) else self._last
             self._report = replace(last, system=self._rest.name)
-        return exact_places(self._report, self._rest.sources)
+        return with_exact_columns(self._report, self._rest.sources)
 
     def changes(self, since: int | None = None) -> Changes:
         """Check what has changed, and return what that changes in the report.
 
-        An edit of an endpoint costs little, if it changes only what is said of its topics. Other edits cost about a check.
+        An edit of an endpoint costs little if it changes only findings of its topics. Other edits cost about a check.
 
         Args:
             since: the revision of earlier changes, of the last hundred; None: the last call, or the opening of the session.
@@ -182,7 +182,7 @@ class Session(Edits):
             last += 1
             pending = pending._replace(number=last)
             self._revisions.append(pending)
-            self._pending = _Revision(last, Difference(), Difference(), self._counts, self._counts)
+            self._pending = _Revision(last, NetChange(), NetChange(), self._counts, self._counts)
         if since is None:
             return self._read(last, [pending])
         steps = [each for each in self._revisions if each.number > since]
@@ -191,21 +191,21 @@ class Session(Edits):
         return self._read(last, steps or [pending])
 
     def _read(self, number: int, steps: Sequence[_Revision]) -> Changes:
-        findings, groups = Difference(), Difference()
+        findings, groups = NetChange(), NetChange()
         for each in steps:
             findings.follow(each.findings)
             groups.follow(each.groups)
         sources = self._rest.sources
 
         def placed(found: Sequence[Finding]) -> Sequence[Finding]:
-            return exact_places(Report(Verdict.UNKNOWN, findings=tuple(found)), sources).findings
+            return with_exact_columns(Report(Verdict.UNKNOWN, findings=tuple(found)), sources).findings
 
         added, removed = findings.read(placed, attrgetter("code", "topic", "message"))
         added_groups, removed_groups = groups.read(lambda found: found, attrgetter("topic", "publishers"))
         return Changes(number, added, removed, added_groups, removed_groups, steps[-1].counts, steps[0].before)
 
     def resolved(self, names: Iterable[str]) -> list[tuple[Endpoint, Sequence[Resolved]]] | None:
-        """Return endpoints of the last `report` or `changes` with what they amount to; None where that takes resolving all."""
+        """Return endpoints of the last `report` or `changes`, each with its resolved ones; None if all would have to be resolved."""
         if not isinstance(self._last, OpenCheck) or not self._stayed:
             return None
         stated = (self._endpoints[name][0] for name in names if name in self._endpoints)
@@ -215,7 +215,7 @@ class Session(Edits):
         return replace(self._rest, endpoints=[*chain.from_iterable(self._endpoints.values())])
 
     def _follow(self) -> None:
-        """Judge what edits have touched since the last time."""
+        """Judge the topics of edits since the last time."""
         self.judged = 0
         touched, self._touched = self._touched, {}
         if not self._stale and touched:
@@ -224,7 +224,7 @@ class Session(Edits):
             self._afresh()
 
     def _put(self, touched: Iterable[str]) -> bool:
-        """Put what was edited into the open check; return whether that is all that it changes."""
+        """Put edited endpoints into the open check; return whether the edit changes nothing else."""
         if not isinstance(self._last, OpenCheck) or not self._endpoints:
             return False
         findings = self._last.findings
@@ -239,7 +239,7 @@ class Session(Edits):
     def _afresh(self) -> None:
         """Resolve all endpoints again, and judge the topics that this makes others."""
         before, whole = self._last, self._stated()
-        with uncollected(len(whole.endpoints)):
+        with gc_paused(len(whole.endpoints)):
             self._last = self._checked(whole)
         self._counts = self._last.counts if isinstance(self._last, OpenCheck) else counted(self._last)
         if self._opened:
@@ -250,9 +250,9 @@ class Session(Edits):
         self._opened, self._stale, self._stayed = True, False, False
 
     def _checked(self, whole: System) -> OpenCheck | Report:
-        """Check a system; topics keep their results if all that was read of them is as it was."""
+        """Check a system; topics whose input is unchanged keep their results."""
         results, topics, default = self._results, self._topics, self._context.default_protocol
-        tried = tried_out(whole, default)
+        tried = with_profiles_tried(whole, default)
         if tried.hypothetical or unused_profiles(whole, default) is not None:
             report = check_system(tried, self._context)
             self._results, self._topics, self.judged = {}, {}, report.topics
@@ -274,7 +274,7 @@ class Session(Edits):
 
 
 def _apart(before: Iterable[_T], now: Iterable[_T]) -> tuple[list[_T], list[_T]]:
-    """Return what is in only one of two collections: that of the former, and that of the latter."""
+    """Return the items that are only in the first collection, and those only in the second."""
     old, new = set(map(id, before)), set(map(id, now))
     return [each for each in before if id(each) not in new], [each for each in now if id(each) not in old]
 
@@ -286,7 +286,7 @@ def _copied(endpoint: Endpoint) -> Endpoint:
 
 
 _BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
-"""What a participant says beside its settings, which are in its layers."""
+"""The fields of a participant beside its settings, which are in its layers."""
 
 
 def _contents(endpoints: Sequence[Resolved]) -> list[tuple[object, ...]]:

@@ -6,17 +6,18 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.findings import Made, make
+from cqos_core.checking.findings import FindingDraft, draft_finding
 from cqos_core.language.expression import Condition, Literal, Term, Test, definitions
 from cqos_core.language.name_index import NameIndex
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.language.vocabulary import role_of, scope_of
-from cqos_core.matching.hits import OfEnds
 from cqos_core.matching.judge import ask_end
+from cqos_core.matching.rule_hits import EndpointHits
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import core_finding, suggestion
+from cqos_core.model.suggestions import suggestion
 from cqos_core.packs.bound_rule import BoundRule
 from cqos_core.packs.rule import requires
 from cqos_core.resolving.participants import packs_in_use
@@ -24,11 +25,11 @@ from cqos_core.resolving.participants import packs_in_use
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from cqos_core.matching.hits import Hit
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.rule_hits import Hit
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Bound, System, TeamRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +88,13 @@ _FILED: Final = ("topic", "id", "participant")
 
 
 def _filed(rule: TeamRule) -> str:
-    """The pattern that a check is filed under: of what it applies to, what tells the most endpoints apart."""
+    """Return the pattern that a check is filed under: its most selective one."""
     where = dict(rule.where)
     return next((f"{key} {where[key]}" for key in _FILED if key in where), "any")
 
 
 def _names(topic: MatchedTopic) -> Iterator[str]:
-    """What the checks of a topic's endpoints may be filed under."""
+    """Yield the names under which checks of a topic's endpoints may be filed."""
     yield "any"
     for endpoint in topic.endpoints:
         offered = _offered(endpoint, topic)
@@ -136,7 +137,7 @@ def _bound_condition(required: Bound, pack: RulePack) -> Condition:
     return Test(_RELATIONS[required.relation], term, Literal(value))
 
 
-def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Made]:
+def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[FindingDraft]:
     """Judge the endpoints of one topic by the team's rules that apply to them."""
     applying = checks.matching(*dict.fromkeys(_names(topic)))
     return [_made(topic, check, draft) for check in applying for draft in _drafts(topic, check)]
@@ -144,20 +145,20 @@ def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Mad
 
 def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Hit[EndpointGroup]]:
     """Judge one check: a draft per role and values, those beyond a few put together."""
-    drafts: OfEnds[EndpointGroup] = OfEnds()
+    drafts: EndpointHits[EndpointGroup] = EndpointHits()
     for members in (*topic.publishers, *topic.subscribers):
         role = members.first.role
-        if members.carried or check.bound.role not in {None, role}:
+        if members.copied or check.bound.role not in {None, role}:
             continue
         chosen = [each for each in members.endpoints if _applies(check.rule, each, topic)]
-        spoken = ask_end(check.bound, members.profile, role) if chosen else None
-        if spoken is not None:
-            drafts.note(spoken, role, members.only(chosen), members.profile, members.tags)
+        violation = ask_end(check.bound, members.profile, role) if chosen else None
+        if violation is not None:
+            drafts.note(violation, role, members.only(chosen), members.profile, members.tags)
     return drafts.values()
 
 
-def _made(topic: MatchedTopic, check: TeamCheck, draft: Hit[EndpointGroup]) -> Made:
-    one = make(topic, draft)
+def _made(topic: MatchedTopic, check: TeamCheck, draft: Hit[EndpointGroup]) -> FindingDraft:
+    one = draft_finding(topic, draft)
     condition = check.bound.rule.condition
     used = "".join(f"; {name} is {node.text()}" for name, node in definitions(condition).items())
     note = f"required by check `{check.rule.name}`: {condition}{used}"
@@ -179,7 +180,7 @@ def _applies(rule: TeamRule, endpoint: Resolved, topic: MatchedTopic) -> bool:
 
 
 def _offered(endpoint: Resolved, topic: MatchedTopic) -> dict[str, tuple[str, ...]]:
-    """What the patterns of ``where`` are compared with."""
+    """Return the texts that the patterns of ``where`` are compared with."""
     stated = endpoint.endpoint
     return {
         "role": (stated.role,),

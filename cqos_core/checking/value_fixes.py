@@ -1,4 +1,4 @@
-"""Fixes that set one value of some endpoints: what the change does to the pairs of their topic, and the texts that make it."""
+"""Fixes that set one value of some endpoints, judged by their effect on the pairs of the topic."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from cqos_core.checking.fixes import allowed_change
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.matching.pairing import group
+from cqos_core.matching.topic_groups import group
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.matching.pairing import MatchedTopic, TopicKey
+    from cqos_core.matching.topic_groups import MatchedTopic, TopicKey
     from cqos_core.model.finding import Finding, Remedy
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 def with_judged_fixes(findings: Sequence[Finding], topics: Mapping[TopicKey, Sequence[Resolved]]) -> list[Finding]:

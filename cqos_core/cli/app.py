@@ -106,7 +106,7 @@ def _refuse_absent(under: str, arguments: Sequence[str]) -> None:
     Raises:
         MissingError: with the line that installs it; for the first word of several commands, with each.
     """
-    from cqos_core.model.features import absent, advice
+    from cqos_core.model.optional_features import absent, advice
 
     there = absent("commands")
     for words in (under + " ".join(arguments[:2]), under + arguments[0]):
@@ -211,7 +211,7 @@ def _said_absent(error: click.NoSuchOption) -> bool:
     """Say what brings an option of commands that read systems, where that is not installed; return whether it is not."""
     if error.ctx is None or not getattr(error.ctx.command.callback, READS_SYSTEMS, False):
         return False
-    from cqos_core.model.features import absent, missing
+    from cqos_core.model.optional_features import absent, missing
 
     row = absent("options").get(error.option_name)
     if row is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from cqos_core.analysis.breaking import find_breaks
+from cqos_core.analysis.version_breaks import find_breaks
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.entrances import entered_notes
 from cqos_core.cli.help import usual
@@ -32,7 +32,7 @@ from cqos_core.formatters.breaks import ComparedVersions, breaks_as_json, breaks
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.analysis.breaking import Break
+    from cqos_core.analysis.version_breaks import Break
     from cqos_core.cli.reading import InputReader
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit

@@ -43,7 +43,7 @@ from cqos_core.files.opening import STDIN, read_path
 from cqos_core.files.units import units
 from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
-from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
+from cqos_core.importers.format_detection import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, plural
 from cqos_core.model.problems import CqosError
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from cqos_core.config import Config
     from cqos_core.files.loading import Loaded
     from cqos_core.files.units import Unit
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Edit
     from cqos_core.model.problems import Problem
     from cqos_core.model.report import Report
@@ -268,7 +268,7 @@ class _Checked(NamedTuple):
     report: Report
     config: Config
     system: System
-    context: Context
+    context: CheckContext
 
 
 @dataclass(slots=True)

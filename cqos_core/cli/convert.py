@@ -150,7 +150,7 @@ def _export(
     where, changed = reader.context, None if fixed is None else fixed.changed
     with written_by("exporters", info.name):
         exported: object = info.load()(
-            system, ExportContext(where.find_pack, where.default_protocol, settings, changed)
+            system, ExportContext(where.find_pack, where.default_protocol, settings, changed, where.find_rule)
         )
         if not isinstance(exported, Exported):
             raise TypeError(f"its writer returned a {type(exported).__name__}, not an Exported")

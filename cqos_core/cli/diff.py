@@ -20,7 +20,7 @@ from cqos_core.files.revisions import at_same_paths
 from cqos_core.formatters.differences import diff_as_json, diff_as_text
 
 if TYPE_CHECKING:
-    from cqos_core.model.difference import Diff
+    from cqos_core.model.system_diff import Diff
 
 
 @click.command(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli.parameters import Run
-from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.finding import plural
+from cqos_core.model.folder_suggestion import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.settings import Place
 
@@ -67,7 +67,7 @@ def lacking_problems(loaded: Loaded) -> list[Problem]:
     """Return which files in folders are not read, and the line that installs what reads them."""
     if not loaded.lacking:
         return []
-    from cqos_core.model.features import advice
+    from cqos_core.model.optional_features import advice
 
     return [
         ProblemWithLines(
@@ -137,8 +137,8 @@ def _command(ways: Sequence[Way], paths: Sequence[str]) -> str:
 
 def with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
     """Return the command as it was written, with the folder in which ``value`` of the switch for folders is looked up."""
-    found = info.load_entrances()(value, None) if info.entrances and os.path.isfile(value) else ()  # noqa: PTH113
-    read = {each: info.load_entrances()(each, None) for each in paths if os.path.isfile(each)}  # noqa: PTH113
+    found = info.load_folder_suggester()(value, None) if info.folder_suggestions and os.path.isfile(value) else ()  # noqa: PTH113
+    read = {each: info.load_folder_suggester()(each, None) for each in paths if os.path.isfile(each)}  # noqa: PTH113
     folder = next((each.folder for each in found if each.value), ".")
     words = _words(paths)
     for path in (path for path, entrances in read.items() if path in words and any(each.value for each in entrances)):

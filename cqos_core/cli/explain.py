@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option, show_option
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.report import PairReport
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _SCREEN = 24  # endpoints that are listed below an error
 
@@ -96,7 +96,7 @@ def explain(
     paths, ids = (arguments, ()) if chains or budgets else _split(arguments)
     reader = prepare(reading, paths)
     system, loaded = reader.one(paths, color, partly=True)
-    system = tried_out(system, reader.protocol)
+    system = with_profiles_tried(system, reader.protocol)
     if chains or budgets:
         from cqos_core.formatters.time_and_budgets import explain_time
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, NoReturn
 
-from cqos_core.analysis.runtime_logs import Explained, explain_alone, explain_misfits
+from cqos_core.analysis.runtime_logs import LogExplanation, explain_alone, explain_mismatches
 from cqos_core.cli import CLEAN, FINDINGS
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import InputReader, ReadingOptions, prepare
@@ -19,7 +19,7 @@ from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Group, Report
 from cqos_core.model.style import Style
-from cqos_core.packs.logs import Occurrence, misfits
+from cqos_core.packs.logs import Occurrence, read_mismatches
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def explain_log(
         if system is None:
             explained = explain_alone(occurrences, reader.context)
         else:
-            explained = explain_misfits(occurrences, system, reader.context)
+            explained = explain_mismatches(occurrences, system, reader.context)
     style = Style(
         show=Severity.NOTE,
         color=colored(color, sys.stdout),
@@ -63,15 +63,15 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
         if log == STDIN:
             if sys.stdin is None:
                 raise RefusedError("`--log -` reads standard input, which is closed", "write the path of the log")
-            return misfits(STDIN_NAME, sys.stdin.buffer, readers)
+            return read_mismatches(STDIN_NAME, sys.stdin.buffer, readers)
         with open(log, "rb") as stream:  # noqa: PTH123 - any text may be given
-            return misfits(log, stream, readers)
+            return read_mismatches(log, stream, readers)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise CqosError(f"{log}: cannot be read: {reason}") from None
 
 
-def _report(explained: Sequence[Explained]) -> Report:
+def _report(explained: Sequence[LogExplanation]) -> Report:
     """Put the pairs that are meant and their findings into the form that formatters take."""
     pairs = dict.fromkeys(pair for each in explained for pair in each.pairs)
     findings = {id(finding): finding for each in explained for finding in each.findings}

@@ -13,7 +13,7 @@ from cqos_core.cli.reading import read_packs
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import emit
 from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import listed
+from cqos_core.model.suggestions import listed
 from cqos_core.plugins import load_plugins
 from cqos_core.testing import load_cases, run_case
 

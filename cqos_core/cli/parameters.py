@@ -11,7 +11,7 @@ import click
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import COLOR_CHOICES
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.source import VARIABLES
 from cqos_core.plugins import load_plugins
 
@@ -40,7 +40,7 @@ def refuse_absent(kind: str, name: str, what: str) -> None:
     Raises:
         MissingError: with the line that installs it.
     """
-    from cqos_core.model.features import absent, missing
+    from cqos_core.model.optional_features import absent, missing
 
     row = absent(kind).get(name)
     if row is not None:

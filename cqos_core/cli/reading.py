@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
     from cqos_core.config import Config
     from cqos_core.files.loading import GivenSource, Loaded
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.source import Source
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
@@ -183,7 +183,7 @@ class InputReader:
 
     options: ReadingOptions
     config: Config
-    context: Context
+    context: CheckContext
     switches: Mapping[str, Mapping[str, str]]
     _nearest: dict[str, InputReader] = field(default_factory=dict)
     _origins: dict[str, str] = field(default_factory=dict)
@@ -311,9 +311,9 @@ class InputReader:
         whole = self.whole(systems)
         if whole.endpoints:
             return whole
-        from cqos_core.checking.trial import tried_out
+        from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 
-        return tried_out(whole, self.protocol)
+        return with_profiles_tried(whole, self.protocol)
 
     def whole(self, systems: Sequence[System]) -> System:
         """Return ``systems`` as one, with the configuration under what they say and the command line over it."""
@@ -463,7 +463,7 @@ def packs_here(files: Iterable[str]) -> list[RulePack]:
     return read_packs((*config_for(".").packs, *files))
 
 
-def _check_assumption(assumption: Assignment, where: Context, known: Iterable[str]) -> None:
+def _check_assumption(assumption: Assignment, where: CheckContext, known: Iterable[str]) -> None:
     """Refuse an option that would have no effect; the packs judge the same of what files say as findings."""
     from cqos_core.behaviour.sequences import OPTION, OWNER, READINGS
 

@@ -14,7 +14,7 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
@@ -42,7 +42,7 @@ class Counted:
         return any(code.startswith(self.selected or "") and not code.startswith(self.ignored) for code in codes)
 
 
-def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> Counted:
+def counted(select: Sequence[str], ignore: Sequence[str], context: CheckContext) -> Counted:
     """Read the values of both options.
 
     Raises:
@@ -56,7 +56,7 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     return Counted(_rules("--select", select, codes, names), _rules("--ignore", ignore, codes, names))
 
 
-def rules_of(option: str, values: Sequence[str], context: Context, words: Sequence[str] = ()) -> tuple[str, ...]:
+def rules_of(option: str, values: Sequence[str], context: CheckContext, words: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the beginnings of codes, in lower case, that an option names beside the ``words`` that it takes, too.
 
     Raises:
@@ -87,7 +87,7 @@ def _rules(
     return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))
 
 
-def _known(context: Context) -> list[tuple[str, str]]:
+def _known(context: CheckContext) -> list[tuple[str, str]]:
     """Return the codes, names, and former codes and names of all rules, each with the code that has them now."""
     from cqos_core.model.codes import CODES
 

@@ -69,7 +69,7 @@ def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
     """Write what is wrong with inputs to standard error, each with its place, the line there, and what to do."""
     # Most runs have no problem to show, and `--help` has none.
     from cqos_core.formatters.full import render_excerpt
-    from cqos_core.model.entrance import ProblemWithLines
+    from cqos_core.model.folder_suggestion import ProblemWithLines
     from cqos_core.model.style import Style
 
     sources: dict[str, bytes] = {}

@@ -13,12 +13,12 @@ from cqos_core.files.edits import edited, replacements
 from cqos_core.files.loading import GivenSource, read_together, recognise
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.files.writing import replace_all
+from cqos_core.model.core_findings import asks_less
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.finding import Edit, Finding, Remedy, Severity, Verdict
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
-from cqos_core.model.remarks import asks_less
 from cqos_core.model.source import Inserter, Replacement, Source
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins

@@ -10,8 +10,8 @@ from cqos_core.files.exporting import Exported, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Cases
+from cqos_core.resolving.dialect_spelling import dialect_text
 from cqos_core.resolving.reader import spelled
-from cqos_core.resolving.respelling import respelled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.model.settings import Setting
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Dialect
+    from cqos_core.packs.presets import Dialect
 
 DIALECT: Final = "bpmn"
 _A_NUMBER: Final = "9"  # a duration in its manner has no unit
@@ -184,7 +184,7 @@ def _text(policy: Policy, setting: Setting, read_as: Dialect | None, dialect: Di
     if policy.domain.word(plain) in policy.words:
         return policy.domain.word(plain)
     value = policy.domain.read(plain)
-    return "" if value is None else respelled(policy, value, dialect, _A_NUMBER) or ""
+    return "" if value is None else dialect_text(policy, value, dialect, _A_NUMBER) or ""
 
 
 def _same(policy: Policy, old: str, new: str, dialect: Dialect | None) -> bool:

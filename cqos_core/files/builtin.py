@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from cqos_core.plugins import CommandInfo, ExporterInfo, FormatterInfo, ImporterInfo, hookimpl
 
-_CLAIMS = "cqos_core.importers.detect"
+_CLAIMS = "cqos_core.importers.format_detection"
 
 
 @hookimpl

@@ -17,7 +17,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.model.settings import Cases, Setting
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Profile, ProfileRef, System
-from cqos_core.packs.meeting import NameContext
+from cqos_core.packs.topic_matching import NameContext
 from cqos_core.resolving.reader import spelled
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, TeamRule, Topic
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Dialect
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.packs.presets import Dialect
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
 YAML: Final = "yaml"
@@ -153,6 +153,8 @@ class _Designer:
         self.system = system
         judgement = judged(system, context)
         self.endpoints = judgement.endpoints
+        parts = [part.participant for each in self.endpoints for part in each.parts]
+        self.participants = grouped((each.participant.id, each) for each in {id(each): each for each in parts}.values())
         self.idle = judgement.idle
         self.profiles = _Profiles(system)
         self.names: dict[str, str] = {}
@@ -223,7 +225,24 @@ class _Designer:
     def _participant(self, participant: Participant) -> Participant:
         protocol = None if participant.protocol == self.system.protocol else participant.protocol
         label = None if participant.label == participant.id else participant.label
-        return replace(participant, template=None, protocol=protocol, label=label)
+        settings = {**participant.settings, **self._laid_over_participant(participant.id)}
+        return replace(participant, template=None, protocol=protocol, label=label, settings=settings)
+
+    def _laid_over_participant(self, participant: str) -> Settings:
+        """Return what overlays set of a participant, as each pack that judges an endpoint of it reads them."""
+        found: Settings = {}
+        for resolved in self.participants.get(participant, ()):
+            for layer in resolved.layers:
+                if layer.overlay == "no":
+                    continue
+                for index, stated in layer.settings.items():
+                    policy, value = resolved.pack.policies[index], resolved.values[index]
+                    found[policy.name] = (
+                        Setting(policy.domain.format(value), stated.setting.place)
+                        if isinstance(value, (int, str, tuple))
+                        else Setting("", stated.setting.place, unknown=f"{layer.origin} may set it")
+                    )
+        return found
 
     def _lay_over(self, each: Judged, spelling: _Spelling, settings: Settings) -> None:
         """Put what is laid over an endpoint into its own settings, and say where it comes from."""
@@ -318,7 +337,7 @@ def _key(part: Resolved, name: str) -> str | None:
     stated = owner.participant
     kind = part.endpoint.kind
     context = NameContext(stated.id, stated.label, owner.texts, stated.remap, kind, YAML)
-    return part.pack.meeting.resolve(name, context).key
+    return part.pack.topic_matching.resolve(name, context).key
 
 
 def _same_policy(pack: RulePack | None, one: str, other: str) -> bool:

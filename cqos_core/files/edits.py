@@ -12,7 +12,7 @@ from cqos_core.model.encoding import Lines, codec, decode, encoding_of
 from cqos_core.model.excerpt import exact, span
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.source import Replacement
 
 if TYPE_CHECKING:

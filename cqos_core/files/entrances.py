@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
     from cqos_core.files.opening import Found
-    from cqos_core.model.entrance import Entrance
+    from cqos_core.model.folder_suggestion import FolderSuggestion
     from cqos_core.plugins import ImporterInfo, Plugins
 
 
@@ -23,7 +23,7 @@ class Way(NamedTuple):
 
     path: str
     importer: ImporterInfo
-    entrance: Entrance
+    entrance: FolderSuggestion
 
 
 @dataclass(slots=True)
@@ -41,7 +41,7 @@ class Ways:
 
     taken: dict[File, list[Way]] = field(default_factory=dict)
     open: list[Way] = field(default_factory=list)
-    refused: dict[str, Entrance] = field(default_factory=dict)
+    refused: dict[str, FolderSuggestion] = field(default_factory=dict)
     beside: list[Way] = field(default_factory=list)
     narrowed: set[str] = field(default_factory=set)
     inside: set[str] = field(default_factory=set)
@@ -110,7 +110,7 @@ def find_ways(found: Found, folders: Sequence[str], plugins: Plugins, unclaimed:
 
 def read_whole(folders: Sequence[str], found: Found, info: ImporterInfo, plugins: Plugins) -> list[str]:
     """Return those of some folders that have entrances of an importer; all, if none has."""
-    if len(folders) < 2 or not info.entrances:  # noqa: PLR2004 - there is nothing to tell apart
+    if len(folders) < 2 or not info.folder_suggestions:  # noqa: PLR2004 - there is nothing to tell apart
         return [*folders]
     below = {
         folder: [each.path for each in (*found.files, *found.skipped) if each.folder == folder] for folder in folders
@@ -152,9 +152,9 @@ def _at(path: str, files: Sequence[str] | None, plugins: Plugins) -> list[Way]:
     """Ask every importer; one that fails finds nothing, so that a broken plugin cannot stop the others."""
     found: list[Way] = []
     for info in plugins.importers.values():
-        if info.entrances:
+        if info.folder_suggestions:
             try:
-                found += [Way(path, info, each) for each in info.load_entrances()(path, files)]
+                found += [Way(path, info, each) for each in info.load_folder_suggester()(path, files)]
             except FAULTS as error:
                 if plugins.shipped("importers", info.name):
                     raise

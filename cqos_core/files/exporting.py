@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.matching.pipeline import Context, Pipeline, resolver_of
+from cqos_core.matching.pipeline import CheckContext, Pipeline, resolver_of
 from cqos_core.model.dataclass import dataclass
 from cqos_core.packs.export import ExportContext, Exported, Writer
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.system import Endpoint, Overlay, System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class Judgement:
 
 def judged(system: System, context: ExportContext) -> Judgement:
     """Return the endpoints of ``system``, each with the values that its pack sees."""
-    where = Context(context.find_pack, default_protocol=context.default_protocol)
+    where = CheckContext(context.find_pack, default_protocol=context.default_protocol)
     resolver = resolver_of(Pipeline(replace(system, bridges={}), where))
     found = []
     ids: set[str] = set()
@@ -55,7 +55,13 @@ def judged(system: System, context: ExportContext) -> Judgement:
         parts = tuple(resolver.result.endpoints[before:])
         alone = parts[0].id if len(parts) == 1 else endpoint.id
         found.append(Judged(endpoint, unique(alone, ids), parts))
-    idle = tuple(each for index, each in enumerate(system.overlays) if index not in resolver.overlays.used)
+    participants = [part.participant for each in found for part in each.parts]
+    of_participants = {layer.origin for each in participants for layer in each.layers if layer.overlay != "no"}
+    idle = tuple(
+        each
+        for index, each in enumerate(system.overlays)
+        if index not in resolver.overlays.used and each.name not in of_participants
+    )
     return Judgement(tuple(found), idle)
 
 

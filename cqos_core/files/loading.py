@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files.entrances import Ways, find_ways, read_whole
 from cqos_core.files.opening import HEAD, STDIN, STDIN_NAME, File, Found, find_files, open_file, read_path
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.entrance import ProblemWithLines
+from cqos_core.model.endpoint_rows import kinds_of
+from cqos_core.model.folder_suggestion import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
-from cqos_core.model.rows import kinds_of
 from cqos_core.model.settings import Place
-from cqos_core.model.source import Family, Opener, ReadContext, Source, no_files
+from cqos_core.model.source import Opener, ReadContext, Source, SourceGroup, no_files
 from cqos_core.model.system import System
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from cqos_core.files.entrances import Way
     from cqos_core.files.ignoring import Patterns
-    from cqos_core.model.entrance import Entrance
-    from cqos_core.model.features import Feature
+    from cqos_core.model.folder_suggestion import FolderSuggestion
+    from cqos_core.model.optional_features import Feature
     from cqos_core.model.source import Claim
 
 
@@ -117,7 +117,7 @@ def read_source(
     opener: Opener = no_files,
     protocol: str | None = None,
     beside: Collection[str] = (),
-    family: Family | None = None,
+    family: SourceGroup | None = None,
 ) -> System:
     """Read one source with the importer that claims it, or the named one.
 
@@ -144,7 +144,7 @@ def read_source(
         found = recognise(source, plugins, None, {*protocols, *_given_protocols(protocol)})
         return None if found is None else _read(found, source, ReadContext(opener, options=switches or {}), protocol)
 
-    return _read(info, source, ReadContext(opener, included, switches or {}, family or Family()), protocol)
+    return _read(info, source, ReadContext(opener, included, switches or {}, family or SourceGroup()), protocol)
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +197,7 @@ def _read_all(
     """
     shared = [shares_names(each.source, each.importer) for each in given]
     alike = grouped(zip(shared, (each.source for each in given), strict=True))
-    families = {name: Family(sources) for name, sources in alike.items() if name}
+    families = {name: SourceGroup(sources) for name, sources in alike.items() if name}
 
     def read_one(number: int, beside: Collection[str] = ()) -> System | InputError:
         each, family = given[number], families.get(shared[number])
@@ -467,7 +467,7 @@ def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins)
     """Find entrances, and put what is read through them in the place of what is named."""
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
     if folders:
-        from cqos_core.model.features import unread_files
+        from cqos_core.model.optional_features import unread_files
 
         loaded.lacking = unread_files([each.path for each in (*found.files, *found.skipped) if not each.named])
     ways = loaded.ways = find_ways(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
@@ -494,7 +494,7 @@ def _is_unclaimed(path: str, plugins: Plugins) -> bool:
         return False
 
 
-def _refused(path: str, entrance: Entrance) -> InputError:
+def _refused(path: str, entrance: FolderSuggestion) -> InputError:
     return InputError([ProblemWithLines("CQ003", entrance.message, Place(path), "write", entrance.commands)])
 
 

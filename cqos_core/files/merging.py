@@ -7,9 +7,9 @@ from itertools import chain, count
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.grouping import grouped
-from cqos_core.model.later import later
-from cqos_core.model.remarks import listed
+from cqos_core.model.lazy_tuple import lazy_tuple
 from cqos_core.model.settings import EVERY_OTHER, Place, Setting
+from cqos_core.model.suggestions import listed
 from cqos_core.model.system import ImportNote, Profile, System
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def merge(systems: Sequence[System]) -> System:
         _join_assumed(whole, system)
         whole.notes += system.notes
         whole.sources.update(system.sources)
-    whole.flows = later(lambda: chain.from_iterable(system.flows for system in systems))
+    whole.flows = lazy_tuple(lambda: chain.from_iterable(system.flows for system in systems))
     for profile in ambiguous:
         whole.profiles[profile.name] = profile
         message = f"profile `{profile.name}` is {profile.settings[EVERY_OTHER].unknown}; {_OPEN}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, BinaryIO, Final
 from cqos_core.files.ignoring import Ignored
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source, no_files
 

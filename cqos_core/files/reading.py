@@ -14,10 +14,10 @@ from cqos_core.files.merging import merge
 from cqos_core.files.opening import open_file, read_path
 from cqos_core.model.flow import positions_missing
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.remarks import suggestion
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import Source, no_files
 from cqos_core.model.spelling import KnownNames
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,

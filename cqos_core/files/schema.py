@@ -15,7 +15,7 @@ from cqos_core.importers.yaml_form import DOCUMENT, VERSION
 from cqos_core.language.domains import Names
 from cqos_core.language.policy import LEVELS, NEED
 from cqos_core.model.grouping import grouped
-from cqos_core.resolving.misread import can_be_stated
+from cqos_core.resolving.unknown_names import can_be_stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -42,7 +42,7 @@ def system_schema(packs: Sequence[RulePack] = ()) -> dict[str, Any]:
 
 
 def _suggestions(packs: Sequence[RulePack]) -> dict[str, Any]:
-    """Return the parts that `cqos_core.importers.forms.Form.hints` and `Key.hints` name."""
+    """Return the parts that `cqos_core.importers.document_form.Form.hints` and `Key.hints` name."""
     by_level = {f"{level}_settings": _settings([(pack, level) for pack in packs]) for level in LEVELS}
     return {
         **by_level,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.detect import SMALLEST_SYSTEM
+from cqos_core.importers.format_detection import SMALLEST_SYSTEM
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import Problem
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
 from cqos_core.plugins import FAULTS, named

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import field
 from typing import Final, TypeAlias
 
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import ScalarNode, flow_text, is_null, quoted_where_needed
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
@@ -56,7 +56,7 @@ def value(text: str) -> Raw:
 
 
 def _same_flow(text: str) -> bool:
-    reading = Reading(Source("", text.encode("utf-8", "replace")), [], [])
+    reading = SourceReading(Source("", text.encode("utf-8", "replace")), [], [])
     tree = read_tree(reading)
     return not reading.problems and len(tree.documents) == 1 and flow_text(tree.documents[0]) == text
 

@@ -12,14 +12,16 @@ from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
+from cqos_core.packs.unread import totals_of, unread_parts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.files.design import Design
     from cqos_core.files.exporting import ExportContext
     from cqos_core.files.yaml_text import Node
-    from cqos_core.importers.forms import Form
+    from cqos_core.importers.document_form import Form
+    from cqos_core.model.chains import Chain, StatedLink
     from cqos_core.model.settings import Setting, Settings
     from cqos_core.model.system import (
         Acceptance,
@@ -35,7 +37,6 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
-    from cqos_core.model.timing import Chain, StatedLink
 
 _TRUE: Final = Raw("true")
 _SHOWN_SOURCES: Final = 10
@@ -57,7 +58,7 @@ def write(system: System, context: ExportContext) -> Exported:
     design = design_of(system, context)
     if context.settings.get("profiles") == "shared":
         design = with_shared_profiles(design)
-    form = _SystemFile(design)
+    form = _SystemFile(design, [*_unread(system, context)])
     text = document(form.document(), _head(system))
     expressed = len(design.system.endpoints) or len(design.system.profiles)
     drawn = sum(len(flow.nodes) for flow in system.flows)
@@ -90,8 +91,9 @@ def _head(system: System) -> list[str]:
 class _SystemFile:
     """Writes one design; whatever the form cannot hold is in `notes`."""
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: Design, unread: list[Node]) -> None:
         self.system = design.system
+        self.unread = unread
         self.comments = design.comments
         self.notes: dict[str, None] = {}
         self.ids = _given_ids(design.system)
@@ -130,6 +132,7 @@ class _SystemFile:
                 "checks": checks or None,
                 "accept": [_acceptance(each) for each in system.accept] or None,
                 "severities": {name: value(level) for name, level in system.severities.items()} or None,
+                "unread": self.unread or None,
             }
         )
         return document
@@ -257,6 +260,21 @@ def _acceptance(acceptance: Acceptance) -> Node:
         for name in ("rule", "topic", "endpoint", "until", "because")
         if (text := getattr(acceptance, name)) is not None
     }
+
+
+def _unread(system: System, context: ExportContext) -> Iterator[Node]:
+    """Yield an entry for each part that the inputs have and the system has not; the first of a kind says how many there are."""
+    totals = totals_of(system.notes)
+    for part in unread_parts(system.notes, context.find_rule):
+        yield _stated(
+            {
+                "kind": _text(part.kind),
+                "name": _optional(part.name),
+                "cause": _optional(part.cause),
+                "endpoints": Raw(str(part.endpoints)) if part.endpoints != 1 else None,
+                "total": Raw(str(total)) if (total := totals.pop(part.kind, 0)) else None,
+            }
+        )
 
 
 # What has a name

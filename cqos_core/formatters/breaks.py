@@ -8,13 +8,13 @@ from itertools import groupby
 from operator import attrgetter
 from typing import Final, NamedTuple
 
-from cqos_core.analysis.breaking import Break, Breaking, Updated
+from cqos_core.analysis.version_breaks import Break, Updated, VersionBreaks
 from cqos_core.formatters import wording
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.markdown import as_markdown
 from cqos_core.formatters.terminal import clean, hanging, paint
 from cqos_core.model.finding import Severity, plural
-from cqos_core.model.finding_form import place_form
+from cqos_core.model.finding_json import place_json
 from cqos_core.model.grouping import grouped
 
 _WHEN: Final = {
@@ -32,7 +32,7 @@ class ComparedVersions(NamedTuple):
     """One system in both versions: its path, and what was found."""
 
     path: str
-    found: Breaking
+    found: VersionBreaks
 
 
 # Text
@@ -147,7 +147,7 @@ def breaks_as_json(compared: Sequence[ComparedVersions], old: str) -> str:
                     "after": each.after and str(each.after),
                     "code": each.finding.code,
                     "message": each.finding.message,
-                    "place": place_form(each.finding.place, lambda place: place),
+                    "place": place_json(each.finding.place, lambda place: place),
                     "accepted": each.finding.accepted,
                 }
                 for each in one.found.breaks

@@ -14,7 +14,7 @@ from cqos_core.model.finding import Verdict, plural
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.report import Report
     from cqos_core.model.system import Endpoint, Role, System
     from cqos_core.packs.pack import RulePack
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _VERBS: Final = {"publisher": "publishes", "subscriber": "subscribes"}
 
 
-def watched(look: Callable[[], System], context: Context, pause: Callable[[], object]) -> Iterator[str]:
+def watched(look: Callable[[], System], context: CheckContext, pause: Callable[[], object]) -> Iterator[str]:
     """Look at a system again and again; yield what is there at first, then what changed, each time with the time of day.
 
     Args:
@@ -42,7 +42,7 @@ def watched(look: Callable[[], System], context: Context, pause: Callable[[], ob
         ended = pause()
 
 
-def facts(system: System, context: Context) -> Iterator[str]:
+def facts(system: System, context: CheckContext) -> Iterator[str]:
     """Yield one line for each endpoint, each finding above a note, and each subscriber that loses publishers."""
     report = check_system(system, context)
     for each in system.endpoints:

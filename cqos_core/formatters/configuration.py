@@ -12,7 +12,7 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.importers.forms import Key
+    from cqos_core.importers.document_form import Key
     from cqos_core.packs.pack import RulePack
 
 _WIDTH: Final = 100

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.formatters import wording
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.model.difference import ComparedSide
 from cqos_core.model.excerpt import exact
 from cqos_core.model.finding import plural
-from cqos_core.model.finding_form import place_form
+from cqos_core.model.finding_json import place_json
+from cqos_core.model.system_diff import ComparedSide
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.model.difference import Diff, Different, Named
     from cqos_core.model.finding import Fact
     from cqos_core.model.settings import Place
+    from cqos_core.model.system_diff import Diff, Different, Named
 
 
 # Text
@@ -91,7 +91,7 @@ def diff_as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> s
     at = _exact(found, sources)
 
     def place(place: Place | None) -> dict[str, Any] | None:
-        return place_form(place, lambda place: at.get(place, place))
+        return place_json(place, lambda place: at.get(place, place))
 
     def end(end: Named) -> dict[str, Any]:
         return {"id": end.id, "participant": end.participant, "place": place(end.place)}

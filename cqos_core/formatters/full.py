@@ -11,7 +11,7 @@ from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Side, plural
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

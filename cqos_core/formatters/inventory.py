@@ -104,7 +104,9 @@ def pack_as_text(pack: RulePack, columns: int) -> str:
         ("Not checked", [(text, "", "") for text in pack.not_checked]),
     )
     head = "\n".join(part for part in (f"{pack.title} ({pack.id})", pack.summary) if part)
-    return _joined([head, f"What matches: {pack.meeting.described}.", *(_section(columns, *each) for each in tables)])
+    return _joined(
+        [head, f"What matches: {pack.topic_matching.described}.", *(_section(columns, *each) for each in tables)]
+    )
 
 
 def _needs(needs: tuple[str, str] | None) -> str:

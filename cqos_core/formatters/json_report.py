@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 from cqos_core.formatters.places import Places
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.finding import Edit, Fact, Finding, Remedy, Severity, Side, Verdict
-from cqos_core.model.finding_form import finding_form
+from cqos_core.model.finding_json import finding_json
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import REPORT_VERSION, Assumption, Group, Report
 from cqos_core.model.settings import Place
@@ -50,7 +50,7 @@ def _lines(report: Report, style: Style) -> Iterator[Json]:
         yield {"kind": "group", **group.to_dict()}
     places = Places(report.findings, style.sources)
     for finding in report.findings:
-        yield {"kind": "finding", **finding_form(finding, places.exact)}
+        yield {"kind": "finding", **finding_json(finding, places.exact)}
 
 
 def dump(document: Json | list[Json], indent: int | None = None) -> str:

@@ -15,7 +15,7 @@ from cqos_core.model.grouping import grouped
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.analysis.runtime_logs import Explained
+    from cqos_core.analysis.runtime_logs import LogExplanation
     from cqos_core.model.report import Report
     from cqos_core.model.style import Style
     from cqos_core.model.system import System
@@ -28,7 +28,7 @@ _MOST_PAIRS: Final = 10
 
 
 def misfits_as_text(
-    explained: Sequence[Explained], log: str, lines: int, system: System | None, report: Report, style: Style
+    explained: Sequence[LogExplanation], log: str, lines: int, system: System | None, report: Report, style: Style
 ) -> str:
     """Return for people what running programs say, topic by topic, with the pairs and rules that explain it."""
     colors = paint(color=style.color)
@@ -48,7 +48,7 @@ def misfits_as_text(
     return "\n".join(text) + "\n" + (render_full(report, style) if report.groups else "")
 
 
-def _lines(each: Explained, width: int, *, alone: bool) -> list[str]:
+def _lines(each: LogExplanation, width: int, *, alone: bool) -> list[str]:
     misfit, place = each.occurrence.misfit, wording.position(each.occurrence.place)
     times = "" if each.occurrence.count == 1 else f", {each.occurrence.count} times"
     owner = f" of {misfit.participant}" if misfit.participant else ""
@@ -66,14 +66,14 @@ def _lines(each: Explained, width: int, *, alone: bool) -> list[str]:
     return [*hanging(width, said, 2), *(line for text in about for line in hanging(width, text, 4))]
 
 
-def _codes(each: Explained, publisher: str, subscriber: str) -> list[str]:
+def _codes(each: LogExplanation, publisher: str, subscriber: str) -> list[str]:
     return [finding.code for finding in each.findings if {publisher, subscriber} <= {*finding.endpoints}]
 
 
 # JSON
 
 
-def misfits_as_json(explained: Sequence[Explained], log: str, lines: int, report: Report, style: Style) -> str:
+def misfits_as_json(explained: Sequence[LogExplanation], log: str, lines: int, report: Report, style: Style) -> str:
     """Return for programs what running programs say, and what explains it."""
     return versioned(
         {
@@ -86,7 +86,7 @@ def misfits_as_json(explained: Sequence[Explained], log: str, lines: int, report
     )
 
 
-def _misfit(each: Explained) -> dict[str, Any]:
+def _misfit(each: LogExplanation) -> dict[str, Any]:
     misfit, place = each.occurrence.misfit, each.occurrence.place
     return {
         "protocol": misfit.protocol,

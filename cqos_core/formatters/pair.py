@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, PolicyComparison, Report
     from cqos_core.model.style import Style
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 SECTIONS: Final = ("policies", "guarantees", "findings")

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.finding import Severity
 from cqos_core.model.problems import CqosError
-from cqos_core.packs.proving import Event
+from cqos_core.packs.prover import Event
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.analysis.run_plan import Trial
     from cqos_core.model.finding import Remedy
-    from cqos_core.packs.proving import Outcome
+    from cqos_core.packs.prover import Outcome
 
 
 def timeline(events: Iterable[Event]) -> list[str]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.pipeline import context
 from cqos_core.model.coverage import Coverage, joined
-from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.finding import Finding, Severity, Side, Verdict
+from cqos_core.model.folder_suggestion import ProblemWithLines
 from cqos_core.model.grouping import grouped
 from cqos_core.model.report import Assumption, Report
 from cqos_core.model.system import Part

@@ -7,9 +7,9 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
+from cqos_core.model.core_findings import asks_less
 from cqos_core.model.finding import Severity, Verdict, plural
-from cqos_core.model.regular import regular_expression
-from cqos_core.model.remarks import asks_less
+from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -10,10 +10,10 @@ from typing import Final
 
 import yaml
 
-from cqos_core.importers.detect import may_have_exceptions
-from cqos_core.importers.reading import shown
+from cqos_core.importers.format_detection import may_have_exceptions
+from cqos_core.importers.source_reading import shown
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place, Settings
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Acceptance, Endpoint, ImportNote, Profile, System
@@ -25,7 +25,7 @@ _EXAMPLE: Final = "write `# cqos: ignore[CODE] reason` behind the setting, endpo
 _WILD: Final = regular_expression(r"([*?\[])")
 
 _Covered = dict[tuple[str, int], dict[tuple[str, str], None]]
-"""By file and line, what stands there: ``endpoint`` and a pattern of ids, or ``topic`` and a pattern of names."""
+"""By file and line, the objects stated there: ``endpoint`` and a pattern of ids, or ``topic`` and a pattern of names."""
 
 
 def take_inline_exceptions(system: System) -> None:
@@ -87,7 +87,7 @@ def _texts(text: str) -> list[tuple[int, int]]:
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         scalars = [each for each in yaml.scan(text, Loader=loader) if isinstance(each, yaml.ScalarToken)]
-    except yaml.YAMLError:  # JSON that is none to YAML; JSON has no comments
+    except yaml.YAMLError:  # JSON that YAML refuses; JSON has no comments
         return [(0, len(text))]
     return [(each.start_mark.index, each.end_mark.index) for each in scalars if "#" in each.value]
 

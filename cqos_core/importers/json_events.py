@@ -1,4 +1,4 @@
-"""JSON and JSON5 as a stream of YAML events, for what YAML does not read: tabs, surrogate pairs, comments with slashes."""
+"""JSON and JSON5 as a stream of YAML events; YAML refuses their tabs, surrogate pairs, and comments with slashes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from yaml.events import (
 )
 
 from cqos_core.model.encoding import Lines
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.model.regular_expressions import re, regular_expression
 
 _BLANK = regular_expression(r"[ \t\r\n]*+")
 _WORD = regular_expression(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![\w.+-])|(?:true|false|null)\b")
@@ -90,11 +90,11 @@ def _decoded(data: bytes) -> str:
 
 
 class _Scanner:
-    """One pass over a text of JSON; its attributes are what JSON5 has otherwise.
+    """One pass over a text of JSON; JSON5 overrides the attributes.
 
     Attributes:
         quotes: characters that begin and end a text.
-        word, blanks, name: what a number or word, what may stand between two values, and a key without quotes look like.
+        word, blanks, name: patterns of a number or word, of blanks between values, and of a key without quotes.
         values, keys: what is expected where a value or a key begins, for messages.
         comma_at_end: a comma may stand before the bracket that closes a list or map.
     """
@@ -143,7 +143,7 @@ class _Scanner:
             raise self.error(f"a value is expected here: {self.values}", self.meant())
 
     def parts(self, closing: str, part: Callable[[], Iterator[Event]]) -> Iterator[Event]:
-        """Read what a list or map holds, from its first bracket to behind its last one."""
+        """Read the contents of a list or map, from its first bracket to behind its last one."""
         start = self.at
         self.at += 1
         self.blank()
@@ -256,7 +256,7 @@ class _Scanner:
             raise self.error("half a surrogate pair is no character") from None
 
     def characters(self, mark: Mark) -> str:  # noqa: ARG002 - JSON5 reports some errors where the text begins
-        """Return what stands within quotes, escapes resolved."""
+        """Return the text within quotes, escapes resolved."""
         try:
             text, self.at = _STRINGS.raw_decode(self.text, self.at)
         except json.JSONDecodeError as error:
@@ -297,7 +297,7 @@ class _Json5Scanner(_Scanner):
     comma_at_end = True
 
     def characters(self, mark: Mark) -> str:
-        """Return what stands within quotes of either kind, escapes resolved."""
+        """Return the text within quotes of either kind, escapes resolved."""
         quote = self.peek()
         self.at += 1
         parts: list[str] = []

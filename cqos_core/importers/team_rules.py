@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Final, Literal, TypeAlias, cast, get_args
 
-from cqos_core.importers.forms import Entry, Form, Key, named
-from cqos_core.importers.reading import Reading, described, did_you_mean, shown
-from cqos_core.importers.shapes import DATE, TEXT, Schema, Shape, one_of, whatever_is_below
+from cqos_core.importers.document_form import Entry, Form, Key, named
+from cqos_core.importers.source_reading import SourceReading, described, did_you_mean, shown
 from cqos_core.importers.tree import MappingNode, Node, SequenceNode, flow_text, is_null
+from cqos_core.importers.value_types import DATE, TEXT, Schema, ValueType, one_of, whatever_is_below
 from cqos_core.model.system import Acceptance, Bound, TeamRule
 
 Relation: TypeAlias = Literal["exactly", "at_least", "at_most", "one_of", "not"]
@@ -17,13 +17,13 @@ RELATIONS: Final[tuple[Relation, ...]] = get_args(Relation)
 _SEVERAL: Final = ("one_of", "not")
 
 
-class _Bounds(Shape[tuple[Bound, ...]]):
-    """What a check requires: policy to value, or to a map of relations and values."""
+class _Bounds(ValueType[tuple[Bound, ...]]):
+    """The bounds of a check: policy to value, or to a map of relations and values."""
 
     def __init__(self) -> None:
         super().__init__("a map from policies to what is required of them")
 
-    def read(self, node: Node, reading: Reading, name: str) -> tuple[Bound, ...] | None:
+    def read(self, node: Node, reading: SourceReading, name: str) -> tuple[Bound, ...] | None:
         """Take every bound; refused ones are left out."""
         if not isinstance(node, MappingNode):
             self.refuse(node, reading, name)
@@ -40,7 +40,7 @@ class _Bounds(Shape[tuple[Bound, ...]]):
                 bounds.append(Bound(key.text, "exactly", (flow_text(value),), reading.place(value)))
         return tuple(bounds)
 
-    def _related(self, policy: str, node: MappingNode, reading: Reading) -> list[Bound]:
+    def _related(self, policy: str, node: MappingNode, reading: SourceReading) -> list[Bound]:
         bounds = []
         for key, value in node.entries.values():
             relation = next((each for each in RELATIONS if each == key.text), None)

@@ -12,7 +12,7 @@ from itertools import chain, repeat
 from typing import Any, Final, Literal, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 Kind: TypeAlias = Literal["null", "flag", "number", "text"]
 
@@ -50,7 +50,7 @@ class SequenceNode:
 
 @dataclass(slots=True, eq=False)
 class MappingNode:
-    """A map, in the order of the document; what `<<` brought in comes last.
+    """A map, in the order of the document; entries merged by `<<` come last.
 
     Attributes:
         entries: the text of a key to the key and its value.
@@ -182,7 +182,7 @@ def whole_number(node: ScalarNode) -> int | None:
 
 
 def kind_of(node: ScalarNode) -> Kind:
-    """Say what the scalar is in the core schema of YAML 1.2."""
+    """Return the kind of a scalar in the core schema of YAML 1.2."""
     if not node.plain:
         return "text"
     text = node.text
@@ -193,7 +193,7 @@ def kind_of(node: ScalarNode) -> Kind:
     return "number" if _INTEGER.fullmatch(text) or _REAL.fullmatch(text) else "text"
 
 
-# What may stand in a flow collection without quotes and is read back as the same text: no indicator at the start,
+# Text that needs no quotes in a flow collection and is read back unchanged: no indicator at the start,
 # none that ends a plain scalar within, single blanks only.
 _SAFE = regular_expression(r"[A-Za-z0-9_./$+][A-Za-z0-9_./$+@%^()=;<>~*-]*(?: [A-Za-z0-9_./$+@%^()=;<>~*-]+)*")
 _ESCAPED = regular_expression("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")

@@ -18,7 +18,7 @@ from lxml import etree
 
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _LONGEST = 100
 LONGEST_TEXT: Final = 10_000_000
 """Letters of the longest text that the parser puts into a tree."""
 MOST_LINES: Final = 65_535
-"""Where the parser ends to count lines."""
+"""The line at which the parser stops counting."""
 _PART: Final = 32_768
 _OPTIONS: Final[dict[str, Any]] = {
     "encoding": "utf-8",  # instead of the declared one, which `_utf8` has seen to
@@ -61,7 +61,7 @@ _NAMESPACE_NAME = re.compile(
     rb"""<!--(?:[^-]++|-(?!->))*+|<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+"""
     rb"""|(?P<before>\sxmlns(?::[^\s=<>"'/]++)?+\s*+=\s*+(?P<quote>["']))(?P<name>[^<"']++)(?P<after>(?P=quote))"""
 )
-# What has no tags: comments, sections and instructions. A start tag, where there is none of them.
+# Comments, sections and instructions, which have no tags; and a start tag outside of them.
 _NO_TAG = re.compile(rb"<!--(?:[^-]++|-(?!->))*+-->|<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+\]\]>|<\?(?:[^?]++|\?(?!>))*+\?>")
 _START_TAG = re.compile(rb"""<(?!/)(?:[^<>"']++|"[^"]*+"|'[^']*+')*+>""")
 _MARKS: Final = (b"<!", b"<?")
@@ -76,7 +76,7 @@ _UNCLOSED = re.compile(r"Premature end of data in tag (.+) line (\d+)")
 def parse_xml(source: Source, most_tags: int | None = None) -> Element:
     """Return the root element of ``source``; lines are in ``sourceline``, where the start tag ends.
 
-    ``most_tags`` is more than real files of the format have; what has more is refused before it is parsed.
+    ``most_tags`` is more than real files of the format have; a document with more is refused before it is parsed.
 
     Raises:
         InputError: with the one problem that stopped the parser: CQ001 if this is no well-formed XML in the
@@ -93,7 +93,7 @@ def plain_utf8(source: Source) -> bytes:
 
 
 def parse_utf8(source: Source, data: bytes) -> Element:
-    """Return the root element of what `plain_utf8` made of ``source``; see `parse_xml` for errors."""
+    """Return the root element of ``data``, which `plain_utf8` made of ``source``; see `parse_xml` for errors."""
     parser = _parser()
     try:
         return etree.fromstring(data, parser)
@@ -108,7 +108,7 @@ def parse_utf8(source: Source, data: bytes) -> Element:
 
 
 class Target(Protocol):
-    """Is told what a document has, by the parser."""
+    """Receives the contents of a document from the parser."""
 
     def start(self, tag: str, attributes: Mapping[str, str], namespaces: Mapping[str, str]) -> Any:
         """Take a start tag, and the namespaces that it declares."""
@@ -128,7 +128,7 @@ class LongTextError(Exception):
 
 
 def parse_into(source: Source, data: bytes, begin: Callable[[], _Target]) -> _Target:
-    """Return a target that was told all about what `plain_utf8` made of ``source``. See `parse_xml` for errors."""
+    """Return a target that received all of ``data``, which `plain_utf8` made of ``source``. See `parse_xml` for errors."""
     text = data
     for _ in ("as it is", "with other names of namespaces"):
         target = begin()
@@ -167,7 +167,7 @@ class StartTags:
 
     @cached_property
     def _data(self) -> bytes:
-        """The document with blanks for all in which something that looks like a tag is none, but not before its first element."""
+        """The document with blanks in place of comments, sections and instructions behind its first start tag."""
         # One letter is found much faster than two.
         if all(
             self._written.find(mark[1:], self._start) < 0 or self._written.find(mark, self._start) < 0
@@ -255,7 +255,7 @@ def _parser() -> etree.XMLParser:
 
 
 def _as_uri(match: re.Match[bytes]) -> bytes:
-    """Escape what no URI may hold: the standard allows any namespace name, libxml2 refuses ``http://my model``."""
+    """Escape characters that no URI may have: the standard allows any namespace name, libxml2 refuses ``http://my model``."""
     name = match["name"]
     if name is None or _SURELY_URI.fullmatch(name):
         return match[0]
@@ -336,7 +336,7 @@ def _prolog_end(data: bytes, at: int) -> int:
 
 
 def _explain(source: Source, parser: etree.XMLParser, error: etree.XMLSyntaxError) -> Problem:
-    """Turn what stopped the parser into a problem a person can act on: the first fault, the others follow from it."""
+    """Turn an error of the parser into a problem with advice: the first fault, as the others follow from it."""
     entries = [entry for entry in parser.error_log if entry.level_name != "WARNING"]
     line, column = (entries[0].line, entries[0].column) if entries else error.position
     said = (entries[0].message if entries else error.msg or "").strip()
@@ -365,7 +365,7 @@ def _explain(source: Source, parser: etree.XMLParser, error: etree.XMLSyntaxErro
 
 
 def _short(text: str) -> str:
-    """Return the beginning of what a file or the parser says, without what would move a terminal's cursor."""
+    """Return the beginning of a text of a file or the parser, without control characters."""
     return "".join(character if character.isprintable() else "\ufffd" for character in text[:_LONGEST])
 
 

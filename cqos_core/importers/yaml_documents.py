@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers import yaml_form as form
-from cqos_core.importers.detect import claims_yaml
-from cqos_core.importers.reading import Reading, described, shown
+from cqos_core.importers.format_detection import claims_yaml
+from cqos_core.importers.source_reading import SourceReading, described, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, walk, whole_number
 from cqos_core.importers.yaml_traps import join_calls, refuse_odd_texts, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
@@ -16,7 +16,7 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
     from cqos_core.model.problems import Problem
@@ -35,16 +35,16 @@ class _Included(NamedTuple):
     """A file to be included: its name as written, and which file names it."""
 
     name: Setting
-    reading: Reading
+    reading: SourceReading
 
 
 class Loader:
-    """Reads documents and follows `include`; what they mean together is for the caller.
+    """Reads documents and follows `include`; the caller combines them.
 
     Attributes:
         problems, notes: of all files.
-        documents: in order: a file, then what it includes.
-        foreign: what included files of other formats state.
+        documents: in order: a file, then its includes.
+        foreign: systems of included files of other formats.
         sources: every file that was opened.
         opened: their paths, each with that of the file that names it first, empty for the first of all.
         templates: texts that mention variables and may do so.
@@ -59,7 +59,7 @@ class Loader:
         self.foreign: list[System] = []
         self.sources: dict[str, bytes] = {}
         self.opened: dict[str, str] = {}
-        self.templates: list[tuple[ScalarNode, Reading]] = []
+        self.templates: list[tuple[ScalarNode, SourceReading]] = []
         self.variables: set[str] = set()
 
     def load(self, source: Source) -> None:
@@ -72,11 +72,11 @@ class Loader:
                 waiting += self.read(opened, os.path.normpath(included.reading.source.name))
 
     def read(self, source: Source, above: str) -> list[_Included]:
-        """Read the documents of one file; return what it includes, the first last."""
+        """Read the documents of one file; return its includes, the first last."""
         self.sources[source.name] = source.data
         self.opened[os.path.normpath(source.name)] = above
         before = len(self.problems)
-        reading = Reading(source, self.problems, self.notes)
+        reading = SourceReading(source, self.problems, self.notes)
         tree = read_tree(reading)
         join_calls(tree, reading)
         refuse_odd_texts(tree, reading, _FOR_PEOPLE)
@@ -98,7 +98,7 @@ class Loader:
             path = self.opened[path]
         return found[::-1]
 
-    def keep_templates(self, tree: Tree, reading: Reading) -> None:
+    def keep_templates(self, tree: Tree, reading: SourceReading) -> None:
         """Keep the texts that mention variables, and refuse those that the whole system has once."""
         if not tree.templates:
             return
@@ -111,7 +111,7 @@ class Loader:
             else:
                 self.templates.append((node, reading))
 
-    def document(self, root: Node, reading: Reading) -> Entry | None:
+    def document(self, root: Node, reading: SourceReading) -> Entry | None:
         """Read one document, unless it is of another kind or version."""
         if not isinstance(root, MappingNode):
             reading.problem("CQ009", "a system file is a map with keys such as `cqos` and `participants`", root)
@@ -130,7 +130,7 @@ class Loader:
             return None
         stated = version[1]
         if not isinstance(stated, ScalarNode) or whole_number(stated) != form.VERSION:
-            # What another version means is not known, so only that is reported.
+            # The meaning of another version is unknown, so only the version is reported.
             message = f"version {described(stated)} of the form is not known, only version {form.VERSION} is"
             if isinstance(stated, ScalarNode) and not stated.plain:
                 message = f"`{form.CQOS.name}` must be the number {form.VERSION}, found the text {described(stated)}"
@@ -143,7 +143,7 @@ class Loader:
             self.variables.update(instances.entries)
         return form.DOCUMENT.read(root, reading, "document")
 
-    def missing_version(self, reading: Reading, place: Place, message: str) -> None:
+    def missing_version(self, reading: SourceReading, place: Place, message: str) -> None:
         """Say that this is not, or not yet, a system file."""
         advice = f"begin every document with `cqos: {form.VERSION}`; other documents do not belong into a system file"
         reading.problem("CQ004", message, place, advice)
@@ -174,7 +174,7 @@ class Loader:
             self.read_foreign(source, reading, place)
         return None
 
-    def read_foreign(self, source: Source, reading: Reading, place: Place) -> None:
+    def read_foreign(self, source: Source, reading: SourceReading, place: Place) -> None:
         """Read a file of another format, or say that it cannot be included."""
         try:
             system = self.context.read(source, self.protocols())

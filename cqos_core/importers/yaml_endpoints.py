@@ -5,23 +5,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers import yaml_form as form
-from cqos_core.importers.forms import TextEntry, settings_at
-from cqos_core.model.rows import FIRST_TEXT, Pattern, RowKind, pattern_of
+from cqos_core.importers.document_form import TextEntry, settings_at
+from cqos_core.model.endpoint_rows import FIRST_TEXT, RowPattern, SettingsPattern, pattern_of
 from cqos_core.model.settings import Place
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, ProfileRef, Room
 
 if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry, Key, Member
-    from cqos_core.model.rows import Row
+    from cqos_core.importers.document_form import Entry, Key, Member
+    from cqos_core.model.endpoint_rows import Row
     from cqos_core.model.settings import Setting, Settings
     from cqos_core.model.system import Role
 
 _IN_ROWS: Final = frozenset(key.name for key in (form.ID, form.TYPE, form.PROTOCOL, form.EXTERNAL, form.OBSERVED))
-"""What a row may state beside settings: its id, and what is the same for all of its kind."""
+"""Keys that a row may have beside settings: its id, and keys with one value for all rows of a pattern."""
 
 
 class Direction(NamedTuple):
-    """A key whose value maps topics to endpoints, and what those endpoints are."""
+    """A key whose value maps topics to endpoints, with their role and kind."""
 
     key: Key[dict[str, Member[list[Entry]]]]
     role: Role
@@ -29,13 +29,13 @@ class Direction(NamedTuple):
 
     @property
     def word(self) -> str:
-        """What stands in ids made up for these endpoints."""
+        """The role or kind in the ids of endpoints that state none."""
         return self.role if self.kind == "message" else self.kind
 
 
 PUBLISHES: Final = Direction(form.PUBLISHES, PUBLISHER)
 SUBSCRIBES: Final = Direction(form.SUBSCRIBES, SUBSCRIBER)
-# What serves receives requests, what calls sends them; packs derive the topics from that.
+# A server receives requests, a client sends them; packs derive the topics from that.
 DIRECTIONS: Final = (
     PUBLISHES,
     SUBSCRIBES,
@@ -46,7 +46,7 @@ DIRECTIONS: Final = (
 )
 
 
-class TextKind(RowKind):
+class YamlRowPattern(RowPattern):
     """Endpoints that are alike but for the texts of their settings.
 
     In their rows stands a tuple: the line and column of the endpoint, the line of its map, and the spots of its settings below that.
@@ -54,21 +54,21 @@ class TextKind(RowKind):
 
     __slots__ = ("source",)
 
-    def __init__(self, endpoint: Endpoint, pattern: Pattern, source: str) -> None:
+    def __init__(self, endpoint: Endpoint, pattern: SettingsPattern, source: str) -> None:
         super().__init__(endpoint, pattern)
         self.source = source
 
     def place(self, row: Row) -> Place:
-        """See `RowKind.place`."""
+        """See `RowPattern.place`."""
         line, column, *_ = row[3]
         return Place(self.source, line, column)
 
     def make(self, name: str, row: Row) -> Any:
-        """See `RowKind.make`."""
+        """See `RowPattern.make`."""
         if name != "settings":
             return super().make(name, row)
         _, _, line, *spots = row[3]
-        names = [word for word, *_ in self.pattern.said[0]]
+        names = [word for word, *_ in self.pattern.setting_texts[0]]
         return settings_at(self.source, line, names, row[FIRST_TEXT:], spots)
 
 
@@ -86,7 +86,7 @@ class Maker:
         participant: str,
         direction: Direction,
         shared: tuple[ProfileRef, ...],
-        patterns: dict[tuple[str, ...], Pattern],
+        patterns: dict[tuple[str, ...], SettingsPattern],
         *,
         observed: bool,
     ) -> None:
@@ -95,10 +95,10 @@ class Maker:
         self._shared = shared
         self._patterns = patterns
         self._observed = observed
-        self._kinds: dict[object, TextKind] = {}
+        self._kinds: dict[object, YamlRowPattern] = {}
 
     def endpoint(self, stated: Entry, name: str, topic: str, place: Place) -> Endpoint | Row:
-        """Return what an entry states as an endpoint with an id."""
+        """Return the endpoint of an entry, with an id."""
         if not stated.values.keys() <= _IN_ROWS:
             return self._object(stated, name, topic, stated.settings, place)
         if isinstance(stated, TextEntry):
@@ -114,7 +114,7 @@ class Maker:
         kind = self._kinds.get(key)
         if kind is None:
             like = self._object(stated, "", None, {}, place)
-            kind = self._kinds[key] = TextKind(like, pattern_of(names, self._patterns), place.source)
+            kind = self._kinds[key] = YamlRowPattern(like, pattern_of(names, self._patterns), place.source)
         return (kind, name, topic, (place.line, place.column, line, *spots), *texts)
 
     def _object(self, stated: Entry, name: str, topic: str | None, settings: Settings, place: Place) -> Endpoint:

@@ -1,4 +1,4 @@
-"""Turns what stopped a YAML parser into a problem that says what to do: most faults in YAML are missing quotes."""
+"""Turns errors of the YAML parser into problems with advice: most faults in YAML are missing quotes."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from yaml.reader import ReaderError
 
-from cqos_core.importers.reading import in_quotes, shown, to_write
+from cqos_core.importers.source_reading import in_quotes, shown, to_write
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     import yaml
 
-    from cqos_core.importers.reading import Reading
+    from cqos_core.importers.source_reading import SourceReading
 
 _Position: TypeAlias = tuple[int, int]
 """One-based line and column."""
@@ -104,7 +104,7 @@ _FAULTS: tuple[tuple[str, str, str | None], ...] = (
 )
 
 
-def explain(reading: Reading, error: yaml.YAMLError) -> None:
+def explain(reading: SourceReading, error: yaml.YAMLError) -> None:
     """Collect the problem that ``error`` is."""
     if isinstance(error, ReaderError):
         _explain_bytes(reading, error)
@@ -129,7 +129,7 @@ def explain(reading: Reading, error: yaml.YAMLError) -> None:
 
 
 class _Failure(NamedTuple):
-    """What the parser says: what is wrong and where, and in what, which begins at ``first``."""
+    """An error of the parser: its message and place, and the construct around it, which begins at ``first``."""
 
     problem: str
     context: str
@@ -145,7 +145,7 @@ def _position(mark: yaml.Mark | None, otherwise: _Position) -> _Position:
     return (mark.line + 1, mark.column + 1) if mark is not None else otherwise
 
 
-def _unquoted(failure: _Failure, reading: Reading) -> _Said | None:
+def _unquoted(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a character that means something to YAML."""
     rest = reading.rest_of_line(*failure.last)
     if "tab" in failure.problem or (_NO_START in failure.problem and rest.startswith("\t")):
@@ -169,7 +169,7 @@ def _unquoted(failure: _Failure, reading: Reading) -> _Said | None:
     return None
 
 
-def _tab(reading: Reading, at: _Position) -> _Said:
+def _tab(reading: SourceReading, at: _Position) -> _Said:
     """Say how many blanks stand for a tab: as many as the key before it has, two more where its value begins here."""
     line = reading.lines.line(at[0])
     text = line.lstrip()
@@ -186,7 +186,7 @@ def _tab(reading: Reading, at: _Position) -> _Said:
     )
 
 
-def _token(reading: Reading, at: _Position) -> str:
+def _token(reading: SourceReading, at: _Position) -> str:
     """Return the text that was meant to be one name or value, from where it begins."""
     before = reading.rest_of_line(at[0], 1)[: at[1] - 1]
     in_flow = any(before.count(each) > before.count(_CLOSING[each]) for each in _CLOSING)
@@ -194,7 +194,7 @@ def _token(reading: Reading, at: _Position) -> str:
     return found[0].rstrip() if found else reading.rest_of_line(*at)[:1]
 
 
-def _glued(failure: _Failure, reading: Reading) -> _Said | None:
+def _glued(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a line that looks like ``key:value``, among those that are reported and the one before."""
     for line in (failure.first[0], failure.last[0], failure.last[0] - 1):
         found = _GLUED.match(reading.lines.line(line))
@@ -208,7 +208,7 @@ def _glued(failure: _Failure, reading: Reading) -> _Said | None:
     return None
 
 
-def _bare(failure: _Failure, reading: Reading) -> _Said | None:
+def _bare(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a second colon by the key above that has none."""
     if "expected ':'" in failure.problem:
         return _value_below(failure, reading)
@@ -217,7 +217,7 @@ def _bare(failure: _Failure, reading: Reading) -> _Said | None:
     return found and (f"the key {shown(found[1])} has no colon", f"write `{found[1]}:`", (line, found.start(1) + 1))
 
 
-def _value_below(failure: _Failure, reading: Reading) -> _Said | None:
+def _value_below(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a word that stands below its key with the same indentation, or a line of other dashes than ``---``."""
     line = failure.first[0]
     text, above = reading.lines.line(line), _EMPTY_KEY.fullmatch(reading.lines.line(line - 1))
@@ -234,7 +234,7 @@ def _value_below(failure: _Failure, reading: Reading) -> _Said | None:
     )
 
 
-def _uncommaed(failure: _Failure, reading: Reading) -> _Said | None:
+def _uncommaed(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a key in a flow map that stands behind a value without a comma."""
     line, column = failure.last
     keys = _NEXT_KEY.finditer(reading.lines.line(line)) if "expected ','" in failure.problem else ()
@@ -249,7 +249,7 @@ def _uncommaed(failure: _Failure, reading: Reading) -> _Said | None:
     return message, f"write {to_write(f'{before}, {text[start:]}'.strip())}", (line, start + 1)
 
 
-def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
+def _deeper(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a key that is indented deeper than the key above it, which has a value already."""
     line = failure.last[0]
     above, name = _PAIR.match(reading.lines.line(line - 1)), _NAME.match(reading.lines.line(line))
@@ -262,7 +262,7 @@ def _deeper(failure: _Failure, reading: Reading) -> _Said | None:
     return message, f"write {blanks} before {shown(name[1])}, as before {shown(above[2])}", (line, name.start(1) + 1)
 
 
-def _line_of_text(failure: _Failure, reading: Reading) -> _Said | None:
+def _line_of_text(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a line that YAML takes for text: one that begins with ``//`` or ``/*``, or has nothing but dashes of other kinds."""
     for line in range(failure.last[0], max(0, failure.first[0] - 2, failure.last[0] - _FEW), -1):
         text = reading.lines.line(line)
@@ -277,8 +277,8 @@ def _line_of_text(failure: _Failure, reading: Reading) -> _Said | None:
     return None
 
 
-def _between(failure: _Failure, reading: Reading) -> _Said | None:
-    """Explain a key that is indented less than the keys above it, and more than, or not as, the ones around them."""
+def _between(failure: _Failure, reading: SourceReading) -> _Said | None:
+    """Explain a key whose indentation is between that of the keys above it and that of their parents."""
     if not re.search("did not find expected key|expected <block end>", failure.problem):
         return None
     line, column = failure.last
@@ -297,7 +297,7 @@ def _between(failure: _Failure, reading: Reading) -> _Said | None:
     return message, f"write {blanks} before {shown(name[1])}, as before {shown(above[near])}", (line, column)
 
 
-def _colon_in_value(failure: _Failure, reading: Reading) -> _Said | None:
+def _colon_in_value(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a value that holds a colon and a blank."""
     found = _PAIR.fullmatch(reading.lines.line(failure.last[0])) if "mapping values" in failure.problem else None
     if found is None or failure.last[1] <= found.start(3):
@@ -313,8 +313,8 @@ def _colon_in_value(failure: _Failure, reading: Reading) -> _Said | None:
     return "a second colon in one value", advice, (failure.last[0], found.start(3) + 1)
 
 
-def _too_many(failure: _Failure, reading: Reading) -> _Said | None:
-    """Explain a comma or closing bracket behind what is closed already."""
+def _too_many(failure: _Failure, reading: SourceReading) -> _Said | None:
+    """Explain a comma or closing bracket behind a closed list or map."""
     line, column = failure.last
     text = reading.lines.line(line)
     sign = text[column - 1 : column]
@@ -330,7 +330,7 @@ def _too_many(failure: _Failure, reading: Reading) -> _Said | None:
     return what, f"remove it: {to_write((text[: column - 1].rstrip() + text[column:]).strip())}", failure.last
 
 
-def _unclosed(failure: _Failure, reading: Reading) -> _Said | None:
+def _unclosed(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain a list or map in brackets that is not closed, or closed by the bracket of the other."""
     if "expected ','" not in failure.problem or "flow" not in failure.context:
         return None
@@ -385,7 +385,7 @@ def _open_in(text: str, column: int = 1) -> str:
     return missing
 
 
-def _late_quotes(failure: _Failure, reading: Reading) -> _Said | None:
+def _late_quotes(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain quotes that are closed on a later line, by those that open the next text."""
     line, column = failure.last
     sign = reading.lines.line(line)[column - 2 : column - 1]
@@ -400,7 +400,7 @@ def _late_quotes(failure: _Failure, reading: Reading) -> _Said | None:
     return None
 
 
-def _open_quotes(failure: _Failure, reading: Reading) -> _Said | None:
+def _open_quotes(failure: _Failure, reading: SourceReading) -> _Said | None:
     """Explain quotes that are not closed before the end of the file."""
     if "unexpected end of stream" not in failure.problem or "quoted" not in failure.context:
         return None
@@ -412,8 +412,8 @@ def _open_quotes(failure: _Failure, reading: Reading) -> _Said | None:
     return message, f"close them at the end of the value: {to_write(word + rest[0])}", failure.first
 
 
-def _other(failure: _Failure, reading: Reading) -> _Said:
-    """Say what the parser says in our own words, where it is best seen."""
+def _other(failure: _Failure, reading: SourceReading) -> _Said:
+    """Return the parser's message in our own words, at the best place."""
     start = reading.lines.start(failure.last[0])
     at_end = start is None or not reading.lines.text[start + failure.last[1] - 1 :].strip()
     where = failure.first if at_end or _KEY in failure.context else failure.last
@@ -434,7 +434,7 @@ def _other(failure: _Failure, reading: Reading) -> _Said:
     return failure.problem, None, where
 
 
-def _hash_advice(failure: _Failure, reading: Reading) -> str | None:
+def _hash_advice(failure: _Failure, reading: SourceReading) -> str | None:
     """Suspect a ``#`` that was meant as a name, in one of the lines that were being read."""
     first, last = failure.first[0] - 1, min(failure.last[0], failure.first[0] + _FEW)
     for line in map(reading.lines.line, range(first, last + 1)):
@@ -443,7 +443,7 @@ def _hash_advice(failure: _Failure, reading: Reading) -> str | None:
     return None
 
 
-def _explain_bytes(reading: Reading, error: ReaderError) -> None:
+def _explain_bytes(reading: SourceReading, error: ReaderError) -> None:
     data = reading.source.data
     # The C parser counts bytes, the pure one characters where it has got as far as characters.
     before = decode(data)[: error.position] if _SPECIAL in error.reason else decode(data[: error.position])

@@ -1,4 +1,4 @@
-"""The system form: every key of a C-QoS system file, with its shape and what it is for.
+"""The system form: every key of a C-QoS system file, with its type of value and its purpose.
 
 Only structure stands here. Which settings there are is known to the rule packs, so settings are taken by any name; ``hints``
 name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.files.schema`).
@@ -9,12 +9,24 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import OTHERS, WRITTEN, Entry, Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
-from cqos_core.importers.instances import InstancesShape
-from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
+from cqos_core.importers.document_form import (
+    OTHERS,
+    WRITTEN,
+    Entry,
+    Form,
+    Key,
+    ListOf,
+    MapOf,
+    Member,
+    OneOrMore,
+    SettingsMap,
+)
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
-from cqos_core.importers.timing import CHAINS, LINKS
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, part_text, whole_number
+from cqos_core.importers.unread_parts import UNREAD_PART
+from cqos_core.importers.value_types import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
+from cqos_core.importers.variables import InstancesType
+from cqos_core.importers.yaml_chains import CHAINS, LINKS
 
 if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
@@ -142,7 +154,7 @@ PARTICIPANT_OPTIONS: Final = Key(
 )
 _OF_THE_FILE: Final = (
     *("system", "observed", "part", "include", "profiles", "topics", "instances", "participants"),
-    *("brokers", "bridges", "chains", "links", "checks", "accept", "severities"),
+    *("brokers", "bridges", "chains", "links", "checks", "accept", "severities", "unread"),
 )
 
 
@@ -359,7 +371,7 @@ TOPICS: Final = Key(
 )
 INSTANCES: Final = Key(
     "instances",
-    MapOf(InstancesShape(), "a map from variables to instances"),
+    MapOf(InstancesType(), "a map from variables to instances"),
     "Variables: `${name}` in a text multiplies what mentions it, once for each of the listed names.",
 )
 PARTICIPANTS: Final = Key(
@@ -389,6 +401,11 @@ SEVERITIES: Final = Key(
     "severities",
     MapOf(one_of("error", "warning", "note", "off"), "a map from rules to severities"),
     "Severity by code or name of a rule; `off` silences it.",
+)
+UNREAD: Final = Key(
+    "unread",
+    ListOf(UNREAD_PART, "a list of parts that are not described"),
+    "Parts of the system that the file does not describe and that may decide a verdict.",
 )
 
 
@@ -442,7 +459,7 @@ DOCUMENT: Final = Form(
     "a system file",
     (
         *(CQOS, SYSTEM, DEFAULT_PROTOCOL, ALL_OBSERVED, PART, OPTIONS, INCLUDE, PROFILES, TOPICS, INSTANCES),
-        *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES),
+        *(PARTICIPANTS, BROKERS, BRIDGES, CHAINS, LINKS, CHECKS, ACCEPT, SEVERITIES, UNREAD),
     ),
     elsewhere={
         **{

@@ -1,4 +1,4 @@
-"""Reads C-QoS system files: YAML or JSON documents in the system form, with what they include, become one `System`."""
+"""Reads C-QoS system files: YAML or JSON documents in the system form, with their includes, become one `System`."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers import yaml_form as form
-from cqos_core.importers.detect import may_have_exceptions
-from cqos_core.importers.instances import Multiplier, TooManyError, variables
-from cqos_core.importers.reading import shown
+from cqos_core.importers.format_detection import may_have_exceptions
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.team_rules import acceptance, team_rule
-from cqos_core.importers.timing import chains_and_links
+from cqos_core.importers.unread_parts import unread_note
+from cqos_core.importers.variables import Multiplier, TooManyError, variables
+from cqos_core.importers.yaml_chains import chains_and_links
 from cqos_core.importers.yaml_documents import Loader
 from cqos_core.importers.yaml_endpoints import DIRECTIONS, PUBLISHES, SUBSCRIBES, Direction, Maker, profiles, texts_of
-from cqos_core.model.memory import uncollected
+from cqos_core.model.endpoint_rows import add_rows, as_object
+from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.problems import InputError, Problem, collect
-from cqos_core.model.rows import add_rows, as_object
 from cqos_core.model.settings import Place
 from cqos_core.model.system import (
     MESSAGE,
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from typing import TypeVar
 
-    from cqos_core.importers.forms import Entry, Member
-    from cqos_core.model.rows import Pattern, Row
+    from cqos_core.importers.document_form import Entry, Member
+    from cqos_core.model.endpoint_rows import Row, SettingsPattern
     from cqos_core.model.settings import Setting
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role
@@ -72,13 +73,13 @@ class _AsWritten(NamedTuple):
 def read(source: Source, context: ReadContext) -> System:
     """Read ``source`` and everything it includes into one system; `InputError` has all problems of all files."""
     loader = Loader(context)
-    with uncollected():
+    with gc_paused():
         loader.load(source)
         builder = _Builder(loader)
         builder.build()
     order = {name: index for index, name in enumerate(loader.sources)}
     if loader.problems:
-        from cqos_core.importers.notation import in_notation
+        from cqos_core.importers.advice_notation import in_notation
 
         raise InputError(sorted(map(in_notation, loader.problems), key=lambda problem: _position(problem.place, order)))
     if any(map(may_have_exceptions, builder.system.sources.values())):
@@ -86,7 +87,7 @@ def read(source: Source, context: ReadContext) -> System:
 
         take_inline_exceptions(builder.system)
     if builder.system.notes and source.name.lower().endswith(".json"):
-        from cqos_core.importers.notation import in_notation
+        from cqos_core.importers.advice_notation import in_notation
 
         builder.system.notes = [*map(in_notation, builder.system.notes)]
     builder.system.notes.sort(key=lambda note: _position(note.place, order))
@@ -111,7 +112,7 @@ class _Builder:
         self.endpoints: list[Endpoint | Row] = []
         self.ids: dict[str, tuple[Any, ...]] = {}
         self.numbers: dict[str, int] = {}
-        self.patterns: dict[tuple[str, ...], Pattern] = {}
+        self.patterns: dict[tuple[str, ...], SettingsPattern] = {}
         self.multiplied: Place | None = None
         self.made = Multiplier(self.instances(), active=bool(loader.templates))
         for node, reading in loader.templates:
@@ -137,6 +138,7 @@ class _Builder:
                 self.named(document)
                 self.participants(document)
                 self.team(document)
+                self.system.notes += map(unread_note, document.get(form.UNREAD) or ())
             except TooManyError as error:
                 advice = "list fewer instances, or mention fewer variables together"
                 self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)

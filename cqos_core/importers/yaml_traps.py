@@ -1,6 +1,6 @@
-"""Finds what YAML read otherwise than a person meant: names lost in comments, keys glued to their values.
+"""Finds text that YAML reads otherwise than a person meant: names lost in comments, keys glued to their values.
 
-It reports only what is hardly ever meant so, and never an ordinary comment.
+It never reports an ordinary comment.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ import unicodedata
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from cqos_core.importers.reading import in_quotes, shown
+from cqos_core.importers.source_reading import in_quotes, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, quoted_where_needed, walk
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.reading import Reading
+    from cqos_core.importers.source_reading import SourceReading
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
 
@@ -41,7 +41,7 @@ _APOSTROPHES = "\u2018\u2019"
 _LOOKS_ODD = regular_expression(f"{_ODD.pattern}|^[{_DASHES}{_QUOTES}]|[,{_QUOTES}]$")
 
 
-def refuse_odd_texts(tree: Tree, reading: Reading, free: tuple[str, ...]) -> None:
+def refuse_odd_texts(tree: Tree, reading: SourceReading, free: tuple[str, ...]) -> None:
     """Collect a problem for each key or value without quotes that holds what YAML takes for a part of the text, but people do not.
 
     These are characters that only look like a blank, or like nothing; typographic quotes around a text; a dash of another kind before
@@ -96,7 +96,7 @@ def _foreign(text: str, rest: str) -> tuple[str, str] | None:
 _CUT_CALL = regular_expression(r"\w\([^()\n]*(?:\([^()\n]*\)[^()\n]*)*,")
 
 
-def join_calls(tree: Tree, reading: Reading) -> None:
+def join_calls(tree: Tree, reading: SourceReading) -> None:
     """Make one text again of a call in a map between brackets, ``{/scan: QoSProfile(depth=5, durability=volatile)}``.
 
     YAML ends a text at a comma, so the arguments behind it are keys to it. The whole text is what has to be reported.
@@ -108,7 +108,7 @@ def join_calls(tree: Tree, reading: Reading) -> None:
             _join_calls(node, reading)
 
 
-def _join_calls(node: MappingNode, reading: Reading) -> None:
+def _join_calls(node: MappingNode, reading: SourceReading) -> None:
     opened: ScalarNode | None = None
     for name, (key, value) in [*node.entries.items()]:
         if opened is not None:
@@ -126,7 +126,7 @@ def _join_calls(node: MappingNode, reading: Reading) -> None:
             opened = None
 
 
-def warn_of_traps(tree: Tree, reading: Reading, topic_maps: tuple[str, ...]) -> None:
+def warn_of_traps(tree: Tree, reading: SourceReading, topic_maps: tuple[str, ...]) -> None:
     """Collect a note for each trap in ``tree``; ``topic_maps`` are the keys whose values have topics as keys."""
     for key in tree.glued:
         _warn_of_glued(key, reading)
@@ -142,7 +142,7 @@ def warn_of_traps(tree: Tree, reading: Reading, topic_maps: tuple[str, ...]) -> 
             _warn_of_hash_keys(root, hashes, reading, topic_maps)
 
 
-def _warn_of_glued(key: ScalarNode, reading: Reading) -> None:
+def _warn_of_glued(key: ScalarNode, reading: SourceReading) -> None:
     """Tell a key such as ``depth:5`` in a flow map: the colon needs a blank after it."""
     after = reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip()
     if _GLUED.fullmatch(key.text) and not after.startswith(":"):
@@ -151,7 +151,7 @@ def _warn_of_glued(key: ScalarNode, reading: Reading) -> None:
         reading.warn("CQ020", message, key, f"if a value was meant, write a blank after the colon: `{name}: {value}`")
 
 
-def _warn_of_lone_hashes(root: Node, reading: Reading) -> None:
+def _warn_of_lone_hashes(root: Node, reading: SourceReading) -> None:
     """Tell a value that is missing, or a name that ends in a slash, before a lone ``#`` at the end of the line."""
     for key, node in _scalars(root):
         if is_null(node):
@@ -178,7 +178,7 @@ def _scalars(root: Node) -> Iterator[tuple[ScalarNode | None, ScalarNode]]:
             yield from ((None, item) for item in node.items if isinstance(item, ScalarNode))
 
 
-def _warn_of_hash_keys(root: Node, hashes: dict[int, int], reading: Reading, topic_maps: tuple[str, ...]) -> None:
+def _warn_of_hash_keys(root: Node, hashes: dict[int, int], reading: SourceReading, topic_maps: tuple[str, ...]) -> None:
     """Tell a comment that looks like an entry, ``#: profile``, among the entries of a map of topics."""
     for key, value in _maps(root, topic_maps):
         first = key.line or 0
@@ -201,7 +201,7 @@ def _maps(root: Node, names: tuple[str, ...]) -> Iterator[tuple[ScalarNode, Node
             yield from (node.entries[name] for name in names if name in node.entries)
 
 
-def _end_of_comments(line: int, reading: Reading) -> int:
+def _end_of_comments(line: int, reading: SourceReading) -> int:
     """Return the first line below ``line`` that holds something else than a comment."""
     line += 1
     while reading.lines.line(line).lstrip().startswith("#"):

@@ -10,7 +10,7 @@ from dataclasses import field
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-from cqos_core.importers.reading import described, shown
+from cqos_core.importers.source_reading import described, shown
 from cqos_core.importers.tree import (
     COLUMN_BITS,
     NULL,
@@ -24,7 +24,7 @@ from cqos_core.importers.tree import (
     scalar,
 )
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote
@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
     import yaml
 
-    from cqos_core.importers.reading import Reading
+    from cqos_core.importers.source_reading import SourceReading
     from cqos_core.importers.tree import Node
     from cqos_core.model.problems import Problem
 
 DEEPEST: Final = 64
-"""How deep lists and maps may be nested; system files need about ten."""
+"""The deepest nesting of lists and maps; system files need about ten levels."""
 
 MOST_REPEATED: Final = 10_000_000
-"""How many characters and values aliases may repeat altogether, so that a small file cannot stand for a huge one."""
+"""The most characters and values that aliases may repeat altogether, so that a small file cannot stand for a huge one."""
 
 _PREFIX = "tag:yaml.org,2002:"
 _NONSPECIFIC = "!"
@@ -53,7 +53,7 @@ _SPECIAL = NULL | {_MERGE}
 
 @dataclass(slots=True)
 class Tree:
-    """What one source holds.
+    """The documents of one source.
 
     Attributes:
         documents: their roots; documents without content are left out.
@@ -70,15 +70,15 @@ class Tree:
 
 
 Repeated: TypeAlias = Literal["refuse", "keep", "last", "merge"]
-"""What the program that owns a format does with a key that stands twice in one map: it refuses it; takes both; takes the last;
+"""Treatments of a key that stands twice in one map, by the program that owns the format: it refuses it; takes both; takes the last;
 or joins maps and takes the last of other values. A program that does not refuse them takes empty keys too."""
 
 
-def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
+def read_tree(reading: SourceReading, *, repeated: Repeated = "refuse") -> Tree:
     """Read the source as YAML, or as JSON where it is JSON that YAML refuses (tabs, surrogate pairs, long keys).
 
-    What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
-    in one map is a problem, unless ``repeated`` says what the program that owns the format does with it.
+    Problems are in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
+    in one map is a problem, unless ``repeated`` is the treatment of it by the format's own program.
     """
     import yaml
 
@@ -100,7 +100,7 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
     return composer.tree
 
 
-def _explain(reading: Reading, error: yaml.YAMLError) -> None:
+def _explain(reading: SourceReading, error: yaml.YAMLError) -> None:
     from cqos_core.importers.yaml_errors import explain
 
     explain(reading, error)
@@ -110,7 +110,7 @@ def _looks_like_json(data: bytes) -> bool:
     return data[:64].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n").startswith(b"{")
 
 
-def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Problem]) -> Tree:
+def _read_json(reading: SourceReading, yaml_error: yaml.YAMLError, earlier: list[Problem]) -> Tree:
     """Read as JSON what YAML refused with the ``earlier`` problems.
 
     What is neither is explained in the words of what its name says it is.
@@ -135,8 +135,8 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Probl
     return composer.tree
 
 
-def read_json5(reading: Reading) -> Tree:
-    """Read the source as JSON5. What is wrong is in ``reading.problems``; the tree is empty then."""
+def read_json5(reading: SourceReading) -> Tree:
+    """Read the source as JSON5. Problems are in ``reading.problems``; the tree is empty then."""
     from cqos_core.importers.json_events import JsonError, json5_events
 
     composer = _Composer(reading)
@@ -157,7 +157,7 @@ class _RefusedError(Exception):
 
 @dataclass(slots=True, eq=False)
 class _Anchored:
-    """What an anchor names, None while it is still being read; its values and characters, and how deep it nests others."""
+    """The node of an anchor, None while it is still being read; its size in values and characters, and its depth."""
 
     node: Node | None = None
     size: int = 0
@@ -189,7 +189,7 @@ _LONGEST_JOINED: Final = 120
 class _Composer:
     """Turns a stream of events into a `Tree`."""
 
-    def __init__(self, reading: Reading, *, repeated: Repeated = "refuse") -> None:
+    def __init__(self, reading: SourceReading, *, repeated: Repeated = "refuse") -> None:
         self.reading = reading
         self.twice = repeated
         self.tree = Tree()

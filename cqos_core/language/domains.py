@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 
 from cqos_core.language.values import INFINITE, Plain, normalise
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 
 def flow(text: str, expected: str = "") -> Any:
@@ -89,7 +89,7 @@ class Domain:
         return (value, value + 1, value - 1)
 
     def expected(self) -> str:
-        """What is allowed, for messages."""
+        """Return the allowed values, for messages."""
         return self.example
 
     def describe(self) -> dict[str, Any]:
@@ -102,7 +102,7 @@ class Domain:
 
 
 _DENIAL: Final = regular_expression(r"(?:\b|_)(?:not?|non|un|never)_?$")
-"""The end of what stands before a name and says the opposite: `not_reliable`, `unreliable`."""
+"""The end of a prefix that negates a name: `not_reliable`, `unreliable`."""
 
 
 class Choice(Domain):

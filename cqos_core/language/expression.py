@@ -1,9 +1,9 @@
 """The closed language of conditions: its nodes, how Python builds them, and their text form.
 
 A condition is a value. It is built with operators (``offered(RELIABILITY) >= requested(RELIABILITY)``) or read
-from text (`cqos_core.language.parsing`), it prints as valid Python syntax, and ``parse(str(condition)) == condition``.
+from text (`cqos_core.language.parser`), it prints as valid Python syntax, and ``parse(str(condition)) == condition``.
 
-There are four kinds of nodes: constants (`Literal`), values of policies (`Term`), and what is applied to others: an `Apply` has a
+There are four kinds of nodes: constants (`Literal`), values of policies (`Term`), and operations on other nodes: an `Apply` has a
 value, a `Test` is true, false or unknown. Operators are applied like functions, under their sign. So all that is done with
 conditions (printing, reading, judging, solving) is a table by the name of what is applied.
 """
@@ -29,12 +29,12 @@ SCOPES: Final = (
     "broker",
     "option",
 )
-"""Where a term's value is looked up; ``own`` is written as the bare policy name."""
+"""The scopes in which a term's value is looked up; ``own`` is written as the bare policy name."""
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """How many arguments something takes, and at which positions these are conditions instead of values."""
+    """The number of arguments of a function, and the positions of those that are conditions instead of values."""
 
     least: int
     most: int | None
@@ -64,7 +64,7 @@ CONDITION_FUNCTIONS: Final = {
 AGGREGATES: Final = frozenset({"count", "total", "all_equal", "any_of"})
 """Functions over all publishers or all subscribers of a signal, by the scope of the terms inside."""
 _BINDING: Final = {HOLDS: 0, **dict.fromkeys(COMPARISONS, 1), "|": 1, "&": 1, "+": 2, "*": 3, "~": 4}
-"""How strongly operators bind. Comparisons within ``&`` and ``|`` always stand in parentheses, as Python needs them."""
+"""The precedence of operators. Comparisons within ``&`` and ``|`` always stand in parentheses, as Python needs them."""
 _SIGNATURES: Final = {
     **VALUE_FUNCTIONS,
     **CONDITION_FUNCTIONS,
@@ -88,7 +88,7 @@ class Node:
     """Anything in a condition. Nodes are immutable.
 
     Attributes:
-        name: what is applied, or the name of a policy.
+        name: of the operation or the policy.
         args: direct parts, in reading order.
         key: identifies the structure.
         label: the name that `define` gave, or nothing.
@@ -250,7 +250,7 @@ class Apply(Operand):
 
 
 class Test(Condition):
-    """What is true or false: a comparison, ``& | ~``, a flag, ``in_ overlaps matches stated all_equal any_of``, or what a pack declares."""
+    """A node that is true or false: a comparison, ``& | ~``, a flag, ``in_ overlaps matches stated all_equal any_of``, or what a pack declares."""
 
     __test__ = False
 
@@ -372,12 +372,12 @@ def all_equal(term: Operand) -> Condition:
 
 
 def any_of(condition: Condition | Operand) -> Condition:
-    """The condition holds for at least one endpoint of the side it speaks of."""
+    """The condition holds for at least one endpoint of its side."""
     return Test("any_of", as_condition(condition))
 
 
 def count(condition: Condition | Operand) -> Operand:
-    """For how many endpoints of the side it speaks of the condition holds."""
+    """The number of endpoints of its side for which the condition holds."""
     return Apply("count", as_condition(condition))
 
 
@@ -387,5 +387,5 @@ def total(operand: Operand, where: Condition | Operand | None = None) -> Operand
 
 
 def call(name: str, *args: Operand | str | int) -> Condition:
-    """A function that the pack declares (`cqos_core.packs.pack.Function`)."""
+    """A function that the pack declares (`cqos_core.packs.Function`)."""
     return Test(name, *map(as_operand, args))

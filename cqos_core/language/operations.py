@@ -1,4 +1,4 @@
-"""What is computed with values: once with plain ones, and once with values that may be open.
+"""Operations on values, each in two forms: over plain values, and over values that may be open.
 
 Open values are a `Range`, or None for what is not known. An answer that they leave open is None.
 """
@@ -27,7 +27,7 @@ MIRRORED: Final = {"<": ">", "<=": ">=", "==": "==", "!=": "!=", ">=": "<=", ">"
 
 
 def as_range(value: Any) -> Range | None:
-    """Return what a number may be; None for anything else."""
+    """Return the range of a number; None for anything else."""
     if isinstance(value, Range):
         return value
     return Range(value, value) if isinstance(value, int) else None
@@ -119,7 +119,7 @@ def _is_set(flag: Any) -> Answer:
 
 
 class Operation(NamedTuple):
-    """What is computed under a name: with plain values, and with open ones."""
+    """An operation in both forms: over plain values, and over open ones."""
 
     plain: Callable[..., Any]
     open: Callable[..., Any]
@@ -178,4 +178,4 @@ AGGREGATIONS: Final[dict[str, Callable[[Iterable[Any]], Any]]] = {
     "count": _total,
     "total": _total,
 }
-"""What is computed over all endpoints of a side."""
+"""The operations over all endpoints of a side."""

@@ -1,4 +1,4 @@
-"""Policies: one named QoS setting each, and what its words mean."""
+"""Policies: one named QoS setting each, with the meaning of its words."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def by_option(option: str, otherwise: Meaning | None = None, **meanings: Meaning
 YES: Final = "yes"
 UNMATCHED: Final = "unmatched"
 NO: Final = "no"
-"""How a middleware treats a policy: enforces it; offers it but never refuses a pair for it; ignores it."""
+"""The ways in which a middleware treats a policy: enforces it; has it but never refuses a pair for it; ignores it."""
 
 ENDPOINT: Final = "endpoint"
 TOPIC: Final = "topic"
@@ -99,9 +99,9 @@ class Policy(Term):
         derived: a fact that follows from others, as ``doc`` says: a system cannot state it, and no fix sets it.
         follows: names of the policies that a derived one follows from, where a fix may change them.
         together: it follows from several endpoints, also from those on other topics.
-        unseen: nothing that shows what runs shows it, because programs do not set it. What was observed has its default, or what
-            an overlay sets.
-        raised: an overlay that fills in what is left open also raises it: the larger of both counts.
+        unseen: no tool shows it of running programs, because programs do not set it. Observed endpoints have its default, or the
+            value of an overlay.
+        raised: an overlay that fills open values also raises it: the larger of both counts.
     """
 
     name: str
@@ -128,7 +128,7 @@ class Policy(Term):
     raised: bool = False
 
     def __post_init__(self) -> None:
-        """Make it the term it is."""
+        """Set the fields of a `Term`."""
         # A level that there is not is one of the mistakes that the pack reports.
         scope = _OWN_SCOPE.get(self.level, self.level)
         object.__setattr__(self, "scope", scope)
@@ -150,7 +150,7 @@ class Policy(Term):
         return self.default.get(role)
 
     def word(self, text: str, value: Plain | None = None) -> str:
-        """How a text counts as written: as a special word, or as its value in one spelling; ``value``, where it is known."""
+        """Return a text as a special word, or its value in one spelling; pass ``value`` if it is known."""
         word = self.domain.word(text)
         if word in self.words:
             return word
@@ -165,7 +165,7 @@ class Policy(Term):
 
     @property
     def unbounded(self) -> tuple[Value, ...]:
-        """The values of one that follows from several endpoints that bound nothing: its default, and no limit."""
+        """The values that bound nothing, of a policy that follows from several endpoints: its default, and no limit."""
         if not self.together:
             return ()
         return (INFINITE, self.domain.parse(self.default)) if isinstance(self.default, str) else (INFINITE,)
@@ -178,7 +178,7 @@ class Policy(Term):
         return text if self.domain.read(text) == value else None
 
     def expected(self) -> str:
-        """What may be written, for messages: the domain's values and the special words."""
+        """Return the allowed texts, for messages: the domain's values and the special words."""
         words = ", ".join(self.words)
         return f"{self.domain.expected()}{f', or {words}' if words else ''}"
 

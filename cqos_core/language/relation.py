@@ -14,8 +14,8 @@ from itertools import accumulate, product
 from operator import or_
 from typing import Any, Final, NamedTuple
 
-from cqos_core.language.binding import bind, bind_operands
-from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Judge, known_value
+from cqos_core.language.binder import bind, bind_operands
+from cqos_core.language.bound_condition import NO_SIGNAL, BoundCondition, Judge, known_value
 from cqos_core.language.expression import COMPARISONS, Condition, Node, Term, Test
 from cqos_core.language.operations import MIRRORED
 from cqos_core.language.values import Values, settled, worlds_of
@@ -73,8 +73,8 @@ def related(bound: BoundCondition, firsts: Sequence[Values], seconds: Sequence[t
 
     Args:
         bound: the condition.
-        firsts: what ``offered`` looks up.
-        seconds: what ``requested`` looks up, each with its bits.
+        firsts: the values that ``offered`` looks up.
+        seconds: the values that ``requested`` looks up, each with its bits.
 
     Returns:
         None where the condition cannot be taken apart.
@@ -177,7 +177,7 @@ def _compared(op: str, operands: Sequence[Judge], sides: _Sides) -> _May:
         up_to = [0, *accumulate((by_value[value] for value in ordered), or_)]
         find = bisect_left if op in {"<=", ">"} else bisect_right
         holding = [0 if value is None else up_to[find(ordered, value)] for value in asked]
-    if op in {"!=", "<", "<="}:  # what was found is then for which it fails
+    if op in {"!=", "<", "<="}:  # the found values are those for which it fails
         holding = [sides.everything & ~bits & ~unknown for bits in holding]
     return _May(
         [sides.everything if value is None else bits | unknown for value, bits in zip(asked, holding, strict=True)],

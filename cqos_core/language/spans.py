@@ -1,7 +1,7 @@
-"""A condition as two spans of values: where it surely holds, and where it surely fails. Between them it is unknown.
+"""A condition as two spans of values: it certainly holds in one, and certainly fails in the other. Between them it is unknown.
 
-What a value may be has bounds, its least and its largest; a known value has both alike. A condition is walked once, here. Where its
-values stand is told by a `Reading`. `cqos_core.language.compiled` writes spans as functions over profiles, `cqos_fleet` writes them for
+A value has bounds, the least and the largest that it may be; those of a known value are equal. A condition is walked once, here. A
+`ValueReader` returns the bounds of its values. `cqos_core.language.condition_compiler` writes spans as functions over profiles, `cqos_fleet` writes them for
 columns. `BoundCondition.open` stays the meaning.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeAlias
 
-from cqos_core.language.binding import Binder
+from cqos_core.language.binder import Binder
 from cqos_core.language.domains import Names
 from cqos_core.language.expression import COMPARISONS, HOLDS, Literal, Term, Test
 from cqos_core.language.operations import OPERATIONS
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from cqos_core.language.vocabulary import Vocabulary
 
 
-class Form(NamedTuple):
-    """A value or a truth value: what is applied, to which forms.
+class SpanNode(NamedTuple):
+    """A value or a truth value: an operation and its operands.
 
-    ``op`` is ``constant`` with its value; ``read`` with the side, the index of the policy, and what else a `Reading` needs; ``<``, ``<=``,
+    ``op`` is ``constant`` with its value; ``read`` with the side, the index of the policy, and what else a `ValueReader` needs; ``<``, ``<=``,
     ``==``, ``and``, ``or``, ``not``, ``+``, ``*``, ``min``, ``max``, ``matches`` or ``overlaps``; ``in_`` with a value and those of which
-    it is one, ``among`` with a value and a list of names; or one that a `Reading` uses. Sums and products end at infinite; the constant
+    it is one, ``among`` with a value and a list of names; or one that a `ValueReader` uses. Sums and products end at infinite; the constant
     of a product stands last.
     """
 
@@ -45,38 +45,38 @@ class Form(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Where a condition surely holds, and where it surely fails.
+    """The two spans of a condition: where it certainly holds, and where it certainly fails.
 
-    ``left_open`` names a part of which only the condition itself tells what it amounts to.
+    ``left_open`` names a part that only `BoundCondition` can evaluate.
     """
 
-    holds: Form
-    fails: Form
+    holds: SpanNode
+    fails: SpanNode
     left_open: str = ""
 
     @property
     def negated(self) -> Spans:
-        """Those of the condition that this one does not hold."""
+        """The spans of the negated condition."""
         return Spans(self.fails, self.holds, self.left_open)
 
 
-Bounds: TypeAlias = tuple[Form, Form]
+Bounds: TypeAlias = tuple[SpanNode, SpanNode]
 """The least and the largest that a value may be; the same form twice for one that is known."""
 
-TRUE: Final = Form("constant", (True,))
-FALSE: Final = Form("constant", (False,))
+TRUE: Final = SpanNode("constant", (True,))
+FALSE: Final = SpanNode("constant", (False,))
 UNKNOWN: Final = Spans(FALSE, FALSE)
 UNKNOWN_TEXT: Final = ("", "?")
 """The bounds of a text that is not known; only that they differ counts."""
-NOT_KNOWN: Final[Bounds] = (Form("constant", UNKNOWN_TEXT[:1]), Form("constant", UNKNOWN_TEXT[1:]))
+NOT_KNOWN: Final[Bounds] = (SpanNode("constant", UNKNOWN_TEXT[:1]), SpanNode("constant", UNKNOWN_TEXT[1:]))
 """The bounds of a value of which nothing is known, such as a text or a list."""
 
 
-class Reading(Protocol):
-    """Tells where the values stand that a condition reads."""
+class ValueReader(Protocol):
+    """Returns the bounds of the values that a condition reads."""
 
     def value(self, term: Term, index: int) -> Bounds:
-        """Return what the value of a policy may be."""
+        """Return the bounds of a policy's value."""
 
     def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `Use`
         """Return whether a policy is ``stated`` or ``stated_here``, and as this word where one is given."""
@@ -84,44 +84,44 @@ class Reading(Protocol):
 
 def constant(value: Any) -> Bounds:
     """Return the bounds of a known value."""
-    form = Form("constant", (value,))
+    form = SpanNode("constant", (value,))
     return form, form
 
 
 def value_bounds(value: Any) -> Bounds:
     """Return the bounds of a value as conditions compute with it: one that is known, a `Range`, or None."""
     if type(value) is Range:
-        return Form("constant", (value.lo,)), Form("constant", (value.hi,))
+        return SpanNode("constant", (value.lo,)), SpanNode("constant", (value.hi,))
     return NOT_KNOWN if value is None else constant(value)
 
 
-def joined(op: str, parts: Iterable[Form]) -> Form:
+def joined(op: str, parts: Iterable[SpanNode]) -> SpanNode:
     """Return whether all parts hold (``and``), or any (``or``)."""
     decides, rest = (FALSE, TRUE) if op == "and" else (TRUE, FALSE)
     left = list(dict.fromkeys(part for part in parts if part != rest))
     if decides in left or not left:
         return decides if decides in left else rest
-    return left[0] if len(left) == 1 else Form(op, tuple(left))
+    return left[0] if len(left) == 1 else SpanNode(op, tuple(left))
 
 
-def negated(part: Form) -> Form:
+def negated(part: SpanNode) -> SpanNode:
     """Return whether a part does not hold."""
     if part.op == "constant":
         return FALSE if part.args[0] else TRUE
-    return part.args[0] if part.op == "not" else Form("not", (part,))
+    return part.args[0] if part.op == "not" else SpanNode("not", (part,))
 
 
-def compared(op: str, left: Form, right: Form) -> Form:
+def compared(op: str, left: SpanNode, right: SpanNode) -> SpanNode:
     """Return a comparison of two forms: ``<``, ``<=`` or ``==``."""
     if left is right:
         return FALSE if op == "<" else TRUE
     if left.op == right.op == "constant":
         return TRUE if OPERATIONS[op].plain(left.args[0], right.args[0]) else FALSE
-    return Form(op, (left, right))
+    return SpanNode(op, (left, right))
 
 
-def certain(form: Form) -> Spans:
-    """Return the spans of what is never unknown."""
+def certain(form: SpanNode) -> Spans:
+    """Return the spans of a form that is never unknown."""
     return Spans(form, negated(form))
 
 
@@ -143,13 +143,13 @@ def compared_values(op: str, left: Bounds, right: Bounds, *, numbers: bool) -> S
 
 
 def under_all(worlds: Sequence[Spans]) -> Spans:
-    """Return the spans of a condition from those under each assumption: what differs between assumptions is unknown."""
+    """Return the spans of a condition from those under each assumption; a difference between assumptions is unknown."""
     holds, fails = (joined("and", [each[at] for each in worlds]) for at in (0, 1))  # type: ignore[misc]
     return Spans(holds, fails, next((each.left_open for each in worlds if each.left_open), ""))
 
 
 def spans_of(
-    condition: Node, vocabulary: Vocabulary, reading: Reading, *, open_as: Form = FALSE, alone: bool = False
+    condition: Node, vocabulary: Vocabulary, reading: ValueReader, *, open_as: SpanNode = FALSE, alone: bool = False
 ) -> Spans:
     """Return the spans of a condition.
 
@@ -164,13 +164,13 @@ def spans_of(
 
 
 class _LeftOpenError(Exception):
-    """Only the condition itself tells what a part amounts to; the text names it."""
+    """Only `BoundCondition` can evaluate a part; the text names it."""
 
 
 class _Walk:
     """Makes the spans of one condition."""
 
-    def __init__(self, vocabulary: Vocabulary, reading: Reading, open_as: Form, *, alone: bool) -> None:
+    def __init__(self, vocabulary: Vocabulary, reading: ValueReader, open_as: SpanNode, *, alone: bool) -> None:
         self.vocabulary = vocabulary
         self.binder = Binder(vocabulary)
         self.reading = reading
@@ -225,7 +225,7 @@ class _Walk:
             return compared_values(name, *values, numbers=numbers)
         if name == "in_":
             return self.contained(node, values, numbers=numbers)
-        return _over_known(Form(name, tuple(least for least, _ in values)), values)
+        return _over_known(SpanNode(name, tuple(least for least, _ in values)), values)
 
     def stated(self, node: Test) -> Spans:
         term, *words = node.args
@@ -240,9 +240,9 @@ class _Walk:
         if sought is NOT_KNOWN:
             return UNKNOWN
         if len(listed) == 1 and isinstance(self.binder.domain(node.args[1]), Names):
-            return _over_known(Form("among", (sought[0], listed[0][0])), values)
+            return _over_known(SpanNode("among", (sought[0], listed[0][0])), values)
         if _are_known(values):
-            return certain(Form("in_", tuple(least for least, _ in values)))
+            return certain(SpanNode("in_", tuple(least for least, _ in values)))
         each = [compared_values("==", sought, other, numbers=numbers) for other in listed]
         found = [one.holds for one in each]
         if numbers and not _are_known((sought,)):
@@ -258,7 +258,7 @@ class _Walk:
         return Spans(joined("or", found), joined("and", [one.fails for one in each]))
 
     def operand(self, node: Node, domain: Domain | None) -> Bounds:
-        """Return what a value may be; constants are read as ``domain``."""
+        """Return the bounds of a value; constants are read as ``domain``."""
         if isinstance(node, Literal):
             return constant(self.binder.constant(node, domain))
         if isinstance(node, Term):
@@ -279,15 +279,15 @@ class _Walk:
         if node.name == "*":
             values.sort(key=lambda each: each[0].op == "constant")
         if _are_known(values):
-            form = Form(node.name, tuple(least for least, _ in values))
+            form = SpanNode(node.name, tuple(least for least, _ in values))
             return form, form
-        least, most = (Form(node.name, ends) for ends in zip(*values, strict=True))
+        least, most = (SpanNode(node.name, ends) for ends in zip(*values, strict=True))
         if node.name == "*" and may_be_negative(least, self.vocabulary):
             raise _LeftOpenError("* of negative values")
         return least, most
 
 
-def may_be_negative(form: Form, vocabulary: Vocabulary) -> bool:
+def may_be_negative(form: SpanNode, vocabulary: Vocabulary) -> bool:
     """Whether a number, or anything that it is computed from, may be below zero."""
     op, args = form
     if op == "read":
@@ -297,8 +297,8 @@ def may_be_negative(form: Form, vocabulary: Vocabulary) -> bool:
     return any(may_be_negative(arg, vocabulary) for arg in args)
 
 
-def _over_known(form: Form, values: Iterable[Bounds]) -> Spans:
-    """Return the spans of what is unknown unless all values are known."""
+def _over_known(form: SpanNode, values: Iterable[Bounds]) -> Spans:
+    """Return the spans of a form that is unknown unless all values are known."""
     known = [compared("==", *each) for each in values]
     return Spans(joined("and", (*known, form)), joined("and", (*known, negated(form))))
 

@@ -1,4 +1,4 @@
-"""Values: plain ones, those that are not known for certain, and what is left of them under an assumption.
+"""Values: plain ones, uncertain ones, and their values under an assumption.
 
 A plain value is an integer (the rank of a choice, nanoseconds, a count, a flag), a text, or a tuple of texts; so every
 comparison of the language is a comparison of plain Python values, and of column values too.
@@ -13,13 +13,13 @@ from itertools import product
 from math import prod
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
+from cqos_core.model.caches import LONGEST_REMEMBERED
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import LONGEST_REMEMBERED
 
 INFINITE: Final = 2**63 - 1
 """An infinite duration in nanoseconds, and an unlimited count."""
 START_ORDER: Final = "start order"
-"""What the values depend on that follow from the order in which endpoints start."""
+"""The assumption of values that depend on the order in which endpoints start."""
 MAXIMUM_WORLDS: Final = 64
 
 
@@ -27,7 +27,7 @@ MAXIMUM_WORLDS: Final = 64
 class Anything:
     """Any value of the policy's domain; ``cause`` says why it is not known.
 
-    ``code``: of the finding that reports the cause, so that what follows from it needs none of its own.
+    ``code``: of the finding that reports the cause, so that consequences need no finding of their own.
     """
 
     cause: str
@@ -51,7 +51,7 @@ class Depends:
 class FromPeers:
     """A value taken from the other side when the endpoint is created; `settle` turns it into a plain one or `Depends`.
 
-    A bridge may also copy what it does not meet itself: on its publishing side what publishers offer on its other one.
+    A bridge may also copy from endpoints on its other side: its publication takes values of publishers there.
 
     Attributes:
         alone: the value without any peer, as text.
@@ -59,7 +59,7 @@ class FromPeers:
             ``strongest_if_all``, ``strongest_if_any``, ``any`` (that of the first one found) or ``constant`` (always
             ``alone``).
         waits: the endpoint is created only when a peer is there, so ``alone`` counts only where peers differ.
-        side: who is copied: its ``peers``; the ``publishers`` or the ``subscribers``, over a bridge where it is one of them
+        side: the endpoints that are copied: its ``peers``; the ``publishers`` or the ``subscribers``, over a bridge where it is one of them
             itself; or of both sides those that are there ``first``.
     """
 
@@ -84,14 +84,14 @@ class Range(NamedTuple):
 
 
 class WrittenValue(NamedTuple):
-    """How a value was written: the normalised word, and whether it stands at the endpoint itself, not in a profile."""
+    """The text of a value as it was written: the normalised word, and whether it stands at the endpoint itself, not in a profile."""
 
     word: str
     here: bool
 
 
 UNREAD: Final = WrittenValue("", here=False)
-"""How a value was written that was not understood: perhaps not at all."""
+"""The `WrittenValue` of a value that was not understood."""
 COMBINATIONS: Final = (
     "any",
     "constant",
@@ -101,14 +101,14 @@ COMBINATIONS: Final = (
     "strongest_if_all",
     "strongest_if_any",
 )
-"""What `FromPeers.peers` may be."""
+"""The possible values of `FromPeers.peers`."""
 
 Plain: TypeAlias = int | str | tuple[str, ...]
 Value: TypeAlias = Plain | Anything | Depends | FromPeers
 Values: TypeAlias = tuple[Any, ...]
 """A value per policy of a vocabulary, then per policy a `WrittenValue` or None."""
 Assumptions: TypeAlias = dict[str, tuple[str, ...]]
-"""What values depend on, each with its cases."""
+"""Assumptions that values depend on, each with its cases."""
 
 ANYTHING: Final = Anything("its value is not known")
 KNOWN: Final = frozenset({int, str, tuple, bool})

@@ -1,4 +1,4 @@
-"""What conditions speak of: the policies of a pack by number, its functions, and whose values a condition reads."""
+"""The vocabulary of conditions: the policies of a pack by number, its functions, and the scopes of terms."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _LEVELS: Final = {
     "option": ("option",),
 }
 SECOND_SCOPES: Final = frozenset({"requested", "subscriber"})
-"""What looks up values of the second tuple."""
+"""The scopes that read the second tuple."""
 
 
 class Vocabulary:

@@ -1,11 +1,11 @@
-"""Hops over bridges, between who meets whom on either side of them."""
+"""Hops over bridges, and the peers of endpoints on either side."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.judge import apart
-from cqos_core.matching.pairing import key_at, most_diverse
+from cqos_core.matching.judge import failed_match_conditions
+from cqos_core.matching.topic_groups import key_at, most_diverse
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 Topics = dict[tuple[str, str], list["Resolved"]]
 _LIVELINESS: Final = "liveliness"
@@ -35,8 +35,8 @@ class Hop:
         return _LIVELINESS in self.bridge.carries
 
 
-class Meetings:
-    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself.
+class PeerIndex:
+    """Finds the peers of endpoints on all wires and keys; an endpoint may have copies on several.
 
     Equal endpoints are asked about once: a bridge often stands beside hundreds that nothing tells apart.
     """
@@ -74,8 +74,8 @@ class Meetings:
             for other in group:
                 yield _in_order(copy, other)
 
-    def alike(self, endpoint: Resolved) -> tuple[object, ...]:
-        """Return what is equal for endpoints of one role that match the same others."""
+    def match_key(self, endpoint: Resolved) -> tuple[object, ...]:
+        """Return a key that is equal for endpoints of one role with the same peers."""
         return tuple((id(beside), copy.profile, copy.is_copy) for copy, beside in self._copies.get(endpoint.id, ()))
 
     def replace(self, copy: Resolved, profile: QosProfile) -> None:
@@ -91,7 +91,7 @@ def _in_order(copy: Resolved, other: Resolved) -> tuple[Resolved, Resolved]:
 
 
 class _Beside:
-    """The endpoints of one topic, sorted by what a match needs to be equal, and by their values."""
+    """The endpoints of one topic, sorted by the policy that must be equal to match, and by their values."""
 
     def __init__(self, endpoints: list[Resolved]) -> None:
         self.endpoints = endpoints
@@ -101,14 +101,14 @@ class _Beside:
     def matching(self, copy: Resolved) -> Iterator[Collection[Resolved]]:
         groups = self._sorted()[SUBSCRIBER if copy.role == PUBLISHER else PUBLISHER]
         known = self._key(copy)
-        # What is not known may equal anything.
+        # An unknown value may equal any.
         keys = list(groups) if known is None else [key for key in (known, None) if key in groups]
         for key in keys:
             for (profile, is_copy), group in groups[key].items():
                 if not group or (copy.is_copy and is_copy):
                     continue
                 publisher, subscriber = (copy.profile, profile) if copy.role == PUBLISHER else (profile, copy.profile)
-                if not apart(publisher, subscriber):
+                if not failed_match_conditions(publisher, subscriber):
                     yield group.values()
 
     def remove(self, copy: Resolved) -> None:

@@ -1,15 +1,15 @@
-"""Judging distinct profiles: which rules speak of a pair or an endpoint. Pure, and remembered per process."""
+"""Judges distinct profiles: returns the rules that report on a pair or an endpoint. Pure; results are cached per process."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
+from cqos_core.language.bound_condition import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import Asked, RuleSet
+from cqos_core.matching.rule_set import RuleQuestion, RuleSet
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -32,7 +32,7 @@ _ABSENT: Final = Anything("its role does not have it")
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """A rule that speaks: `outcome.result` is False or None for ``requires``, True for ``forbids``.
+    """A rule that reports: `outcome.result` is False or None for ``requires``, True for ``forbids``.
 
     ``failed`` is the error of a rule whose own function raised one; such a rule is unknown.
     """
@@ -43,7 +43,7 @@ class Violation:
 
     @property
     def unknown(self) -> bool:
-        """Whether the rule speaks because it cannot be decided."""
+        """Whether the rule reports because it cannot be decided."""
         return self.outcome.result is None
 
     @property
@@ -54,10 +54,10 @@ class Violation:
 
 @dataclass(frozen=True, slots=True)
 class PairJudgement:
-    """The verdict of one pair of profiles, and the rules that spoke, by code."""
+    """The verdict of one pair of profiles, and the rules that report, by code."""
 
     verdict: Verdict
-    spoken: tuple[Violation, ...] = ()
+    violations: tuple[Violation, ...] = ()
 
 
 FITS: Final = PairJudgement(Verdict.COMPATIBLE)
@@ -73,9 +73,9 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> V
 def ask_end(bound: BoundRule, profile: QosProfile, role: str) -> Violation | None:
     """Ask one rule of one endpoint; it has nothing to say where that rests on policies that the role does not have."""
     values = values_of_role(bound, profile, role)
-    spoken = ask(bound, values, values)
-    silent = bound.absent[role] and spoken is not None and spoken.unknown and spoken.failed is None
-    return None if silent else spoken
+    violation = ask(bound, values, values)
+    silent = bound.absent[role] and violation is not None and violation.unknown and violation.failed is None
+    return None if silent else violation
 
 
 def values_of_role(bound: BoundRule, profile: QosProfile, role: str) -> Values:
@@ -98,7 +98,7 @@ def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) 
 
 
 def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
-    """Return the verdict that a rule gives a pair that it speaks of: advice gives none, an error never ``compatible``."""
+    """Return the verdict that a reporting rule gives a pair: advice gives none, an error never ``compatible``."""
     if rule.kind == "meets":
         return Verdict.UNKNOWN if unknown else Verdict.COMPATIBLE
     if rule.kind != "requires":
@@ -107,9 +107,9 @@ def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
     return Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
 
 
-def verdict_of(spoken: Violation) -> Verdict:
-    """The verdict that a rule gives the pair that it speaks of."""
-    return verdict_by(spoken.bound.rule, unknown=spoken.unknown)
+def verdict_of(violation: Violation) -> Verdict:
+    """Return the verdict that a violation gives its pair."""
+    return verdict_by(violation.bound.rule, unknown=violation.unknown)
 
 
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
@@ -119,10 +119,12 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
 
 @lru_cache
 def over_both(pack: RulePack) -> RuleSet:
-    """Return the rules over both ends: the meeting conditions, then the rules of pairs without those on which guarantees rest."""
-    meeting = [Asked(each, _ask_meeting, undecided=True) for each in pack.by_scope["meets"]]
+    """Return the rules over both ends: the matching conditions, then the rules of pairs without those on which guarantees rest."""
+    meeting = [RuleQuestion(each, _ask_meeting, undecided=True) for each in pack.by_scope["meets"]]
     pairs = [each for each in pack.by_scope.get("pair", ()) if not each.rule.guarantee]
-    return RuleSet({"meets": meeting, "pair": [Asked(each, _ask_pair, each.rule.kind == "requires") for each in pairs]})
+    return RuleSet(
+        {"meets": meeting, "pair": [RuleQuestion(each, _ask_pair, each.rule.kind == "requires") for each in pairs]}
+    )
 
 
 def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
@@ -130,59 +132,59 @@ def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -
 
 
 def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
-    """Ask a meeting condition, which has nothing to say where it rests on facts that are not stated."""
-    spoken = _ask_pair(bound, publisher, subscriber)
-    silent = spoken is not None and spoken.unknown and spoken.failed is None and not spoken.outcome.worlds
-    return None if silent else spoken
+    """Ask a matching condition; it does not report if it depends on facts that are not stated."""
+    violation = _ask_pair(bound, publisher, subscriber)
+    silent = violation is not None and violation.unknown and violation.failed is None and not violation.outcome.worlds
+    return None if silent else violation
 
 
 @lru_cache(maxsize=_CACHE)
-def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
-    """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
+def failed_match_conditions(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
+    """Return the matching conditions that keep two profiles of one topic from matching; none: they match.
 
     An undecided condition keeps no endpoints apart.
     """
-    spoken = _between(publisher, subscriber, "meets")
-    return tuple([each.bound for each in spoken if each.outcome.result is False])
+    violations = _between(publisher, subscriber, "meets")
+    return tuple([each.bound for each in violations if each.outcome.result is False])
 
 
 def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
-    """Ask a meeting condition; return what it says where it keeps two profiles apart under some assumptions only.
+    """Ask a matching condition; return its violation if it keeps two profiles from matching under some assumptions only.
 
     One that rests on facts that are not stated keeps no pair apart.
     """
-    spoken = _ask_meeting(bound, publisher, subscriber)
-    return spoken if spoken is not None and spoken.outcome.worlds else None
+    violation = _ask_meeting(bound, publisher, subscriber)
+    return violation if violation is not None and violation.outcome.worlds else None
 
 
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Judge two profiles that meet, by the rules of pairs alone."""
-    spoken = list(_between(publisher, subscriber, "pair"))
-    if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, spoken):
+    violations = list(_between(publisher, subscriber, "pair"))
+    if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, violations):
         for bound in publisher.pack.by_scope.get("pair", ()):
             if bound.rule.guarantee in subscriber.needs:
                 each = _ask_pair(bound, publisher, subscriber)
-                spoken += () if each is None else (each,)
-    return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
+                violations += () if each is None else (each,)
+    return PairJudgement(worst(map(verdict_of, violations)), tuple(violations)) if violations else FITS
 
 
 def _between(publisher: QosProfile, subscriber: QosProfile, part: str) -> Iterator[Violation]:
-    """Yield what a part of the rules over both ends says."""
+    """Yield the violations of a part of the rules over both ends."""
     rules = over_both(publisher.pack)
-    return _spoken(rules, rules.bits[part], publisher, subscriber)
+    return _violations(rules, rules.bits[part], publisher, subscriber)
 
 
 @lru_cache(maxsize=_FRAMES)
 def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
-    """Return as bits the meeting conditions that read of a side, 0 or 1, what depends on assumptions."""
+    """Return as bits the matching conditions that read values of a side, 0 or 1, which depend on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
     rules = enumerate(pack.by_scope["meets"])
     return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
 
 
-def _spoken(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
-    """Yield what some rules of a set say."""
+def _violations(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
+    """Yield the violations of some rules of a set."""
     certain, asked = rules.reporting(first, second, among)
     for position in positions(certain | asked):
         bound = rules.rules[position]
@@ -206,7 +208,7 @@ def speaking_of(bound: BoundRule) -> str | None:
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
-    """Whether a rule requires what the middleware of either side does not match on, or gives what is not needed."""
+    """Return whether a rule does not apply: its policy is not matched on by either middleware, or its guarantee is not needed."""
     if bound.rule.guarantee:
         return bound.rule.guarantee not in subscriber.needs
     unmatched = publisher.unmatched or subscriber.unmatched
@@ -219,12 +221,12 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
     rules = about_one(profile.pack, role, observed)
-    return tuple(_spoken(rules, rules.bits["endpoint"], profile, profile))
+    return tuple(_violations(rules, rules.bits["endpoint"], profile, profile))
 
 
 @lru_cache
 def about_one(pack: RulePack, role: str, observed: bool) -> RuleSet:  # noqa: FBT001 - as the above
-    """Return the rules about one end: about it by itself, the errors about what surrounds it, and the rules over topics.
+    """Return the rules about one end: about the endpoint itself, errors about its surroundings, and rules over topics.
 
     The latter have something to say as far as one endpoint alone on its side can tell.
     """
@@ -233,11 +235,11 @@ def about_one(pack: RulePack, role: str, observed: bool) -> RuleSet:  # noqa: FB
         return ask_end(bound, profile, role)
 
     own = [
-        Asked(each, by_itself, each.rule.kind == "requires", frozenset(each.absent[role]))
+        RuleQuestion(each, by_itself, each.rule.kind == "requires", frozenset(each.absent[role]))
         for each in _of_endpoint(pack, role, observed)
     ]
-    around = [Asked(each, _ask_refusing, undecided=False) for each in _refusing_around(pack, observed)]
-    topics = [Asked(each, _ask_topic, undecided=False) for each in pack.by_scope.get("signal", ())]
+    around = [RuleQuestion(each, _ask_refusing, undecided=False) for each in _refusing_around(pack, observed)]
+    topics = [RuleQuestion(each, _ask_topic, undecided=False) for each in pack.by_scope.get("signal", ())]
     return RuleSet({"endpoint": own, "surroundings": around, "signal": topics}, one=True)
 
 
@@ -257,19 +259,19 @@ def _of_endpoint(pack: RulePack, role: str, observed: bool) -> Iterator[BoundRul
 
 def _refusing_around(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
     """Yield the errors about the participant of an endpoint, its broker and its options."""
-    for bound in pack.beyond_topics:
+    for bound in pack.participant_rules:
         if bound.rule.severity == "error" and not (observed and bound.rule.creation):
             yield bound
 
 
 def _ask_refusing(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
-    """Ask a rule about what surrounds an endpoint, which refuses none where it is not decided."""
-    spoken = ask(bound, profile.values, profile.values)
-    return spoken if spoken is not None and spoken.refuses else None
+    """Ask a rule about the surroundings of an endpoint; undecided, it refuses none."""
+    violation = ask(bound, profile.values, profile.values)
+    return violation if violation is not None and violation.refuses else None
 
 
 def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
-    """Ask a rule over topics; of one over all endpoints of a side it is not known what it says."""
+    """Ask a rule over topics; the answer of one over all endpoints of a side is unknown."""
     if bound.bound.aggregate_uses:
         return Violation(bound, RuleAnswer(None))
     return ask(bound, profile.values, profile.values)
@@ -279,8 +281,8 @@ def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violatio
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
     rules = about_one(profile.pack, role, observed)
-    spoken = _spoken(rules, ~rules.bits["signal"], profile, profile)
-    return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
+    violations = _violations(rules, ~rules.bits["signal"], profile, profile)
+    return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in violations if each.refuses)]))
 
 
 @lru_cache(maxsize=_CACHE)
@@ -327,14 +329,14 @@ def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tupl
 
 @lru_cache(maxsize=_CACHE)
 def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
-    """Return the errors about an endpoint and its surroundings that read what depends on assumptions."""
+    """Return the errors about an endpoint and its surroundings that read values which depend on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
     rules = (*_of_endpoint(pack, role, observed), *_refusing_around(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 
-def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `Alike` says
-    """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
+def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `GroupKey` has
+    """Return whether no rule about one endpoint reports on it, and no error about its surroundings."""
     rules = about_one(profile.pack, role, observed)
     return not rules.that_report(profile, profile, ~rules.bits["signal"])
 
@@ -343,10 +345,10 @@ def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: 
 def of_end(
     profile: QosProfile,
     role: str,
-    observed: bool,  # noqa: FBT001 - as everything that `Alike` says
+    observed: bool,  # noqa: FBT001 - as everything that `GroupKey` has
     wired: bool,  # noqa: FBT001 - likewise
 ) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
-    """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""
+    """Return the best verdict of every pair of an endpoint, and the codes of the findings that decide it."""
     alone = wired or is_silent(profile, role, observed)
     refused = profile.refused if alone else refusals(profile, role, observed)
     undecided = () if alone else undecided_of(profile, role, observed)
@@ -373,21 +375,21 @@ def undecided_of(profile: QosProfile, role: str, observed: bool) -> tuple[Violat
     )
 
 
-def already_reported(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
+def already_reported(violation: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
     """Whether all that keeps a rule from being decided is reported as a finding of its own."""
-    values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
+    values = [(subscriber if use.second else publisher).values[use.index] for use in violation.bound.bound.uses]
     causes = [value for value in values if isinstance(value, Anything)]
     # An assumption that breaks the rule by itself is no part of them.
-    worlds = spoken.outcome.worlds if any(isinstance(value, Depends) for value in values) else (("", None),)
+    worlds = violation.outcome.worlds if any(isinstance(value, Depends) for value in values) else (("", None),)
     harmless = bool(worlds) and all(result is not False for _, result in worlds)
-    return spoken.unknown and harmless and bool(causes) and all(each.reported for each in causes)
+    return violation.unknown and harmless and bool(causes) and all(each.reported for each in causes)
 
 
-def needs_misread(spoken: Violation, subscriber: QosProfile) -> bool:
+def needs_misread(violation: Violation, subscriber: QosProfile) -> bool:
     """Whether a rule is about a requirement that was not understood, which is a finding of its own."""
     policies = subscriber.pack.policies
     return any(
         use.second and policies[use.index].level == NEED and isinstance(value, Anything) and value.reported
-        for use in spoken.bound.bound.uses
+        for use in violation.bound.bound.uses
         for value in (subscriber.values[use.index],)
     )

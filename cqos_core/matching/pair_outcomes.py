@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import about_one, over_both
-from cqos_core.matching.pairing import Alike, TopicShape
+from cqos_core.matching.topic_groups import GroupKey, TopicShape
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
-from cqos_core.model.memory import MOST_LETTERS, keep, letters
+from cqos_core.model.caches import MOST_LETTERS, keep, letters
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.language.compiled import Compiled, Reporting
+    from cqos_core.language.condition_compiler import CompiledConditions, Reporting
     from cqos_core.matching.rule_set import RuleSet
     from cqos_core.matching.topic_outcomes import TopicOutcome
     from cqos_core.resolving.parts import ProfileParts
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _MOST_OUTCOMES: Final = 1_000
 
@@ -40,7 +40,7 @@ class EndKind:
         shift: where the bits of these rules stand among those of all rules that speak of a pair.
     """
 
-    def __init__(self, like: QosProfile, role: str, observed: bool) -> None:  # noqa: FBT001 - as in `Alike`
+    def __init__(self, like: QosProfile, role: str, observed: bool) -> None:  # noqa: FBT001 - as in `GroupKey`
         """Take what they have in common."""
         pack = like.pack
         self.like, self.observed = like, observed
@@ -50,7 +50,7 @@ class EndKind:
             self.shift += len(about_one(pack, PUBLISHER, False).rules)
 
     @cached_property
-    def function(self) -> Compiled:
+    def function(self) -> CompiledConditions:
         """The function with a bit for each of these rules that may report."""
         function = self.rules.function(self.like, self.like, at_once=True)
         assert function is not None  # noqa: S101 - at once
@@ -60,7 +60,7 @@ class EndKind:
 _KINDS: Final[dict[tuple[object, ...], EndKind]] = {}
 
 
-def kind_of(like: QosProfile, role: str, observed: bool) -> EndKind:  # noqa: FBT001 - as in `Alike`
+def kind_of(like: QosProfile, role: str, observed: bool) -> EndKind:  # noqa: FBT001 - as in `GroupKey`
     """Return the kind of an end from a profile that differs from its own in known values only."""
     key = (like.frame, like.unread, like.refused, role, observed)
     return _KINDS.get(key) or keep(_KINDS, key, EndKind(like, role, observed))
@@ -149,7 +149,7 @@ def _result(known: _Outcomes, bits: int, publisher: PairEnd, subscriber: PairEnd
         found = known.results.get(key)
         if found is not None:
             return found
-    sides = ((Alike(each.profile, each.kind.observed, frozenset(), False, 1),) for each in (publisher, subscriber))
+    sides = ((GroupKey(each.profile, each.kind.observed, frozenset(), False, 1),) for each in (publisher, subscriber))
     found = judge_shape(TopicShape(publisher.kind.like.pack, *sides))
     return keep(known.results, key, found, _MOST_OUTCOMES) if letters(key) <= MOST_LETTERS else found
 
@@ -180,7 +180,7 @@ def outcome_of(one: Resolved, other: Resolved) -> TopicOutcome | None:
 
     None where they are no such pair, and before there are enough like them for functions.
     """
-    offering, requesting = one.kin, other.kin
+    offering, requesting = one.representative, other.representative
     if offering.role != PUBLISHER:
         one, other, offering, requesting = other, one, requesting, offering
     if offering.role != PUBLISHER or requesting.role != SUBSCRIBER or one.is_copy or other.is_copy:

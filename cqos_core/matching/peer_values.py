@@ -1,7 +1,7 @@
 """Values that an endpoint takes from its peers when it is created (``best_available``).
 
-The outcome depends on who is there by then. ``starts_after`` states that of some peers; for the others the settled value is
-what every order gives, or depends on the assumption ``start order``.
+The outcome depends on the peers that have started by then. ``starts_after`` states that of some peers; for the others the settled
+value is the same in every order, or depends on the assumption ``start order``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cqos_core.language.values import (
     in_world,
     is_plain,
 )
-from cqos_core.matching.pairing import group
+from cqos_core.matching.topic_groups import group
 from cqos_core.matching.topic_outcomes import met
 from cqos_core.model.system import PUBLISHER
 
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"
 _DEEPEST: Final = 50
-"""How many values may follow from each other before the first of them is known."""
+"""The longest chain of values that follow from each other."""
 _OTHER_ORDERS: Final = 8
 """The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
@@ -55,7 +55,7 @@ def settled_profiles(endpoints: Sequence[Resolved]) -> dict[int, QosProfile]:
 def settle(topic: MatchedTopic) -> None:
     """Replace values taken from peers in every group of ``topic``."""
     settling = _Settling(topic)
-    # What is stated to be there before others comes first, so that a long chain is no deep one.
+    # Endpoints that are stated to start before others come first, which keeps the recursion flat.
     ordered = sorted((*topic.publishers, *topic.subscribers), key=lambda each: len(each.starts_after))
     changes = [(each, {at: settling.value(each, at) for at in each.profile.from_peers}) for each in ordered]
     for members, values in changes:
@@ -63,8 +63,8 @@ def settle(topic: MatchedTopic) -> None:
             members.settled = members.profile.with_values(values)
 
 
-class _PeerWay(NamedTuple):
-    """How a group takes a value, and the values of the peers that are stated to be there before it."""
+class _TakenValue(NamedTuple):
+    """The way in which a group takes a value, and the values of peers that are stated to start before it."""
 
     taken: FromPeers
     known: tuple[Value, ...]
@@ -110,17 +110,17 @@ class _Settling:
         before, opened = self._peers(members)
         known = [*dict.fromkeys(self.value(each, index) for each in before)]
         ways = dict.fromkeys(self._way(each, index) for each in opened)
-        # What a peer that takes its value from us has when it was there first: that without us.
-        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _PeerWay) else way for way in ways)]
+        # A peer that takes its value from us and starts first has its value without us.
+        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _TakenValue) else way for way in ways)]
         last = combine(policy, taken, [*dict.fromkeys((*known, *others))])
         if taken.waits and (taken.peers == "any" or len({*known, *others}) == 1):
             return last
         first = combine(policy, taken, known)
-        # What a peer may have taken from others than us that were there before it.
+        # Values that a peer may take from others that start before it.
         elsewhere = (
             combine(policy, way.taken, [*way.known, value])
             for way in ways
-            if isinstance(way, _PeerWay)
+            if isinstance(way, _TakenValue)
             for value in self._on_topic(index)
         )
         between = {combine(policy, taken, [*known, each]) for each in chain(others, elsewhere)} - {first, last}
@@ -131,7 +131,7 @@ class _Settling:
             (SUBSCRIBERS_FIRST, last if publisher else first),
         )
         if any(isinstance(each, Depends) and each.on == START_ORDER for each in known):
-            # Who of the others is there first may differ between us and those whose value depends on it.
+            # The first of the others may differ between us and those whose value depends on it.
             ordered, between = (), {case for each in (*between, first, last) for case in _in_any_order(each)}
         if len(between) > _OTHER_ORDERS:
             return Anything("it depends on the order of start in too many ways")
@@ -140,12 +140,12 @@ class _Settling:
         named = {f"another order that gives {policy.format(each)}": each for each in between}
         return Depends(START_ORDER, (*ordered, *sorted(named.items(), key=itemgetter(0))))
 
-    def _way(self, peer: EndpointGroup, index: int) -> Value | _PeerWay:
+    def _way(self, peer: EndpointGroup, index: int) -> Value | _TakenValue:
         """The value of a peer, or the way in which it takes it."""
         taken: Value = peer.profile.values[index]
         if not isinstance(taken, FromPeers):
             return taken
-        return _PeerWay(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
+        return _TakenValue(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
 
     def _peers(self, members: EndpointGroup) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
         """The peers of a group that are stated to be there before it, and those whose order is open."""
@@ -173,7 +173,7 @@ class _Settling:
 
 
 def _in_any_order(value: Value) -> Iterator[Value]:
-    """Yield what a value is by the order of start."""
+    """Yield the values for each order of start."""
     if isinstance(value, Depends) and value.on == START_ORDER:
         for _, case in value.cases:
             yield from _in_any_order(case)
@@ -212,7 +212,7 @@ def lone(policy: Policy, value: Value) -> Value:
 
 
 def combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
-    """What the peers' values amount to, each assumption they depend on taken apart."""
+    """Return the combination of the peers' values, under each assumption that they depend on."""
     variables: dict[str, tuple[str, ...]] = {}
     for value in seen:
         collect_variables(value, variables)

@@ -1,4 +1,4 @@
-"""The way of a system from stated texts to topics, each stage once; and what surrounds it: packs, options."""
+"""The stages of a system from stated texts to topics, each run once; and their context: packs and options."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.settings import Place, Setting
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.resolve import Resolver
+from cqos_core.resolving.resolver import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 MOST_ENDPOINTS: Final = 100_000
-"""How many endpoints a system may have after bridges added theirs, where nothing else is set."""
+"""The most endpoints that a system may have with those of bridges, by default."""
 RuleFinder: TypeAlias = Callable[[str], "Rule | CodeInfo | None"]
-"""Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
+"""Returns the rule, or the code of the core or an importer, of a code, name or alias."""
 
 
 def _find_core_code(code: str) -> CodeInfo | None:
@@ -42,8 +42,8 @@ def _find_core_code(code: str) -> CodeInfo | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Context:
-    """What a check needs beside the system: the packs, and the protocol of endpoints that state none.
+class CheckContext:
+    """The context of a check: the packs, and the protocol of endpoints that state none.
 
     `most_endpoints` bounds what bridges may make of a system.
     """
@@ -56,7 +56,7 @@ class Context:
 
 
 class Pipeline:
-    """One system on its way: bridges become endpoints, texts become values, endpoints meet on topics.
+    """The stages of one system: bridges become endpoints, texts become values, endpoints match on topics.
 
     Each stage runs when it is first asked for, and once. A report, an explanation, a difference and an export begin here.
 
@@ -64,7 +64,9 @@ class Pipeline:
         asked: by id of a pack, policies whose spelling other rules than those of the pack ask for.
     """
 
-    def __init__(self, system: System, where: Context, resolve: Callable[[Pipeline], Resolver] | None = None) -> None:
+    def __init__(
+        self, system: System, where: CheckContext, resolve: Callable[[Pipeline], Resolver] | None = None
+    ) -> None:
         """Put ``system`` at the start; ``resolve`` takes the place of `resolve_all`."""
         self.stated = system
         self.where = where
@@ -87,7 +89,7 @@ class Pipeline:
 
     @cached_property
     def resolver(self) -> Resolver:
-        """What resolved all endpoints."""
+        """The resolver after it resolved all endpoints."""
         return self._resolve(self)
 
     @property
@@ -100,7 +102,7 @@ class Pipeline:
         links = self._expanded[1]
         if not links:
             return topics(self.resolver), ()
-        from cqos_core.matching.bridging import linked  # as above
+        from cqos_core.matching.bridge_values import linked  # as above
 
         return linked(links, self.resolver)
 
@@ -116,7 +118,7 @@ class Pipeline:
 
 
 def resolver_of(pipeline: Pipeline) -> Resolver:
-    """Return what resolves the endpoints of a system, before it has resolved any."""
+    """Return a resolver for a system that has resolved no endpoint yet."""
     where = pipeline.where
     return Resolver(pipeline.system, where.find_pack, where.default_protocol, pipeline.asked, where.known_packs)
 
@@ -128,7 +130,7 @@ def resolve_all(pipeline: Pipeline) -> Resolver:
     return resolver
 
 
-def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> Context:
+def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> CheckContext:
     """Return a check context over the installed packs and ``extra_packs``, which win over installed ones of their id."""
     extra = {pack.id: pack for pack in extra_packs}
     plugins = load_plugins()
@@ -147,7 +149,7 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
         return None
 
     known = frozenset({*plugins.packs, *extra})
-    return Context(find_pack, find_rule, default_protocol, known, most_endpoints=_most_endpoints())
+    return CheckContext(find_pack, find_rule, default_protocol, known, most_endpoints=_most_endpoints())
 
 
 MOST_ENDPOINTS_VARIABLE: Final = "CQOS_MAX_ENDPOINTS"
@@ -164,7 +166,7 @@ def _most_endpoints() -> int:
 
 
 def with_options(
-    system: System, options: Mapping[str, Mapping[str, SettingValue]], where: Context, place: Place | None = None
+    system: System, options: Mapping[str, Mapping[str, SettingValue]], where: CheckContext, place: Place | None = None
 ) -> System:
     """Return ``system`` with options laid over its own, in whatever spelling it states them."""
     joined = {pack_id: dict(settings) for pack_id, settings in system.options.items()}

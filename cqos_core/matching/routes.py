@@ -1,9 +1,9 @@
 """Routes of bridges as endpoints: one that receives and one that sends for every topic that is carried.
 
-Which topics a pattern carries follows from who is there: what is published before it. Where another bridge stands before
-it, that is what this one publishes, so patterns are followed again until nothing new is carried. Bridges that make names
+A pattern carries the topics that are published before it. Another bridge before it publishes topics too, so patterns are
+followed again until nothing new is carried. Bridges that make names
 longer and take them back would never come to an end: such a name is not followed, and the circle is reported. How many
-endpoints bridges may make is bounded, whatever a system says.
+endpoints bridges may make is bounded.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import field, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.judge import apart
-from cqos_core.matching.pairing import key_at, most_diverse
+from cqos_core.matching.judge import failed_match_conditions
+from cqos_core.matching.topic_groups import key_at, most_diverse
 from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.pattern import any_of
 from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.re2_patterns import any_name_matcher
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote, endpoint_id
-from cqos_core.resolving.resolve import Resolver
+from cqos_core.resolving.resolver import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge, Endpoint, Role, Route, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _WITHIN: Final = "/c_qos_within"
 """The topic of endpoints by which the sides of bridges are compared with others."""
@@ -49,7 +49,7 @@ def expanded(
     default: str | None,
     most: int,
 ) -> tuple[System, list[Link]]:
-    """Return a system with the endpoints of its bridges, and what links them; without bridges the system itself.
+    """Return a system with the endpoints of its bridges, and their links; without bridges the system itself.
 
     Args:
         system: as it was read.
@@ -63,7 +63,7 @@ def expanded(
     """
     if not system.bridges:
         return system, []
-    growing = _Growing(replace(system, endpoints=list(system.endpoints)), most)
+    growing = _GrowingSystem(replace(system, endpoints=list(system.endpoints)), most)
     patterns: list[tuple[Bridge, Route]] = []
     for bridge in system.bridges.values():
         for route in bridge.routes:
@@ -77,7 +77,7 @@ def expanded(
     if not patterns:
         return growing.whole, growing.links
     patterns.sort(key=lambda each: each[0].id)
-    around = _Around(growing, patterns, find_pack, default)
+    around = _EndpointIndex(growing, patterns, find_pack, default)
     news = around.look()
     for (bridge, route), (other, back) in around.growing_pairs(patterns):
         growing.turn_back(bridge, route, other, back)
@@ -92,24 +92,24 @@ def expanded(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Way:
-    """How a name came about: by which route, from and to which name, and how the former did."""
+class _NameOrigin:
+    """The origin of a name: a route, the names on both sides, and the origin of the first name."""
 
     bridge: Bridge
     route: Route
     topic: str
     other: str
-    previous: _Way | None
+    previous: _NameOrigin | None
 
-    def before(self) -> Iterator[_Way]:
-        """Yield the ways before this one, the last first."""
+    def before(self) -> Iterator[_NameOrigin]:
+        """Yield the earlier origins, the last first."""
         way = self.previous
         while way is not None:
             yield way
             way = way.previous
 
 
-def _longer_names(circle: Sequence[_Way]) -> ImportNote:
+def _longer_names(circle: Sequence[_NameOrigin]) -> ImportNote:
     path = " → ".join(
         [f"`{circle[0].topic}`", *(f"{each.bridge.id} → `{each.other}`" for each in circle[:_MOST_NAMED])]
     )
@@ -119,7 +119,7 @@ def _longer_names(circle: Sequence[_Way]) -> ImportNote:
 
 
 @dataclass(slots=True)
-class _Growing:
+class _GrowingSystem:
     """A system to which endpoints of bridges are added.
 
     Attributes:
@@ -134,7 +134,7 @@ class _Growing:
     most: int
     links: list[Link] = field(default_factory=list)
     own: dict[str, str] = field(default_factory=dict)
-    came: dict[str, _Way] = field(default_factory=dict)
+    came: dict[str, _NameOrigin] = field(default_factory=dict)
     turning: set[int] = field(default_factory=set)
     turned_back: set[int] = field(default_factory=set)
     notes: list[ImportNote] = field(default_factory=list)
@@ -154,7 +154,7 @@ class _Growing:
         if question in self.done:
             return False
         self.done.add(question)
-        way = _Way(bridge, route, topic, other, self.came.get(origin))
+        way = _NameOrigin(bridge, route, topic, other, self.came.get(origin))
         if self._turns_back(way):
             return False
         if len(self.whole.endpoints) + 2 > self.most:
@@ -169,7 +169,7 @@ class _Growing:
             self.links.append(Link(bridge, *ends))
         return True
 
-    def _turns_back(self, way: _Way) -> bool:
+    def _turns_back(self, way: _NameOrigin) -> bool:
         """Whether a name comes back longer to a route that made it; the circle is noted once.
 
         Routes on such circles carry on nothing that others of them made: else n of them would make n! names.
@@ -184,12 +184,12 @@ class _Growing:
         return id(way.route) in self.turned_back and any(id(each.route) in self.turned_back for each in before)
 
     def turn_back(self, bridge: Bridge, route: Route, other: Bridge, back: Route) -> None:
-        """Note two routes that make a name longer and longer, whatever it is."""
+        """Note two routes that make any name longer and longer."""
         if not self.turned_back & {id(route), id(back)}:
             self.notes.append(
                 _longer_names(
                     [
-                        _Way(each, of, "*", of.target.topic or "", None)
+                        _NameOrigin(each, of, "*", of.target.topic or "", None)
                         for each, of in ((bridge, route), (other, back), (bridge, route))
                     ]
                 )
@@ -222,16 +222,16 @@ class _Growing:
 _Filed = dict["Value | None", list["Resolved"]]
 
 
-class _Around:
-    """Who is there at one moment, and who of them the sides of bridges can meet.
+class _EndpointIndex:
+    """The endpoints at one moment, and those that the sides of bridges can match.
 
-    Endpoints and sides are filed by a value that matching needs to be equal, such as the domain, so that a side is asked only
-    about endpoints that it may match.
+    Endpoints and sides are filed by a value that must be equal to match, such as the domain, so that a side is compared only
+    with endpoints that it may match.
     """
 
     def __init__(
         self,
-        growing: _Growing,
+        growing: _GrowingSystem,
         patterns: Sequence[tuple[Bridge, Route]],
         find_pack: Callable[[str], RulePack | None],
         default: str | None,
@@ -256,12 +256,12 @@ class _Around:
         self.there: dict[tuple[RulePack, Role, str], _Filed] = {}
         self.shown: dict[str | None, str] = {}
         self.seen = 0
-        self.known: dict[tuple[int, Role], _Known] = {}
+        self.known: dict[tuple[int, Role], _SideView] = {}
         self.index: dict[RulePack, int | None] = {}
         self.sides: dict[tuple[RulePack, Value | None], list[int]] = {}
 
     def look(self) -> list[tuple[Bridge, Route]]:
-        """Resolve who has come since the last look; interfaces that are more than a topic also as one, for their names.
+        """Resolve endpoints that were added since the last look; services and actions also as one topic, for their names.
 
         Returns:
             The routes that may carry something new.
@@ -325,7 +325,7 @@ class _Around:
     def growing_pairs(
         self, patterns: Sequence[tuple[Bridge, Route]]
     ) -> Iterator[tuple[tuple[Bridge, Route], tuple[Bridge, Route]]]:
-        """Yield two routes that each take what the other publishes, under a name that gets longer."""
+        """Yield pairs of routes that carry each other's publications under longer and longer names."""
         whole = [each for each in patterns if each[1].source.kind == MESSAGE and not (each[1].only or each[1].but)]
         if max((_longer(route) for _, route in whole), default=0) <= 0:
             return
@@ -339,7 +339,7 @@ class _Around:
                     break
 
     def _reaches(self, bridge: Bridge, route: Route, other: Bridge, back: Route) -> bool:
-        """Whether what each of two routes publishes is on the wire that the other listens on."""
+        """Return whether each of two routes publishes on the wire that the other listens on."""
         ends = [
             (
                 self.within.get((one.id, of.target.participant, PUBLISHER)),
@@ -389,16 +389,16 @@ class _Around:
             yield ImportNote("CQ506", "note", message, route.place)
 
     def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> dict[str, str]:
-        """What the `*` of a pattern stands for in the names on which a side of a bridge can match an endpoint of a role.
+        """Return the texts that match the `*` of a pattern, in the names on which a side of a bridge can match an endpoint of a role.
 
         Each with the id of the endpoint that has the name. The bridge itself does not count: what it publishes it does not
         take back.
         """
         asking = self.within.get((bridge.id, side.participant, SUBSCRIBER if role == PUBLISHER else PUBLISHER))
-        if asking is None or (role == SUBSCRIBER and asking.pack.meeting.match is not None):
+        if asking is None or (role == SUBSCRIBER and asking.pack.topic_matching.match is not None):
             return {}  # a filter is no name
         before, _, after = pattern.partition("*")
-        known = self.known.setdefault((id(side), role), _Known())
+        known = self.known.setdefault((id(side), role), _SideView())
         found: dict[str, str] = {}
         for each in known.new(self._near(asking, role, kind)):
             name = each.key or ""
@@ -436,8 +436,8 @@ class _Around:
 
 
 @dataclass(slots=True)
-class _Known:
-    """What a side has seen of who is there: the names that it matches, and how many endpoints it looked at, as filed."""
+class _SideView:
+    """The names that a side matches, and the number of endpoints that it has looked at, as filed."""
 
     rests: dict[str, str] = field(default_factory=dict)
     seen: dict[Value | None, int] = field(default_factory=dict)
@@ -450,7 +450,7 @@ class _Known:
 
 
 def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:
-    """Where endpoints are whose topics a route carries, with role and names, and where others wait for them."""
+    """Return the side whose endpoints a route carries, with role and names, and the side where others wait for them."""
     before = (route.source, PUBLISHER, route.source.topic or "")
     behind = (route.target, SUBSCRIBER, route.target.topic or route.source.topic or "")
     return (before, behind) if route.source.kind == MESSAGE else (behind, before)
@@ -463,7 +463,7 @@ def _longer(route: Route) -> int:
 
 
 def _through(route: Route, name: str) -> str:
-    """What a route with a pattern makes of a name, itself perhaps with a `*` in it; empty where it does not carry it."""
+    """Return the name that a route with a pattern makes of a name, which may contain a `*`; empty if it is not carried."""
     source = route.source.topic or ""
     before, _, after = source.partition("*")
     if not name or len(name) < len(before) + len(after) or not (name.startswith(before) and name.endswith(after)):
@@ -474,10 +474,10 @@ def _through(route: Route, name: str) -> str:
 def _meet(one: Resolved, other: Resolved) -> bool:
     """Whether two endpoints are on one wire."""
     publisher, subscriber = (one, other) if one.role == PUBLISHER else (other, one)
-    return not apart(publisher.profile, subscriber.profile)
+    return not failed_match_conditions(publisher.profile, subscriber.profile)
 
 
 def _gate(route: Route) -> Callable[[str], bool]:
-    """Return what says whether a route carries a name."""
-    only, but = any_of(route.only), any_of(route.but)
+    """Return a function that tells whether a route carries a name."""
+    only, but = any_name_matcher(route.only), any_name_matcher(route.but)
     return lambda name: (not route.only or only(name)) and not but(name)

@@ -1,6 +1,6 @@
-"""Rules that are asked together: which of them report on two profiles, by their compiled conditions.
+"""Sets of rules: returns those that report on two profiles, by their compiled conditions.
 
-A rule that reads what is not known, and one that is not compiled for certain, is asked by itself.
+A rule that reads unknown values, or is not compiled exactly, is asked by itself.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.language.compiled import Common, Compiled, Question, compiled
+from cqos_core.language.condition_compiler import CommonValues, CompiledConditions, Question, compile_conditions
 from cqos_core.language.relation import positions
 from cqos_core.language.values import ANYTHING, Anything, Depends
 from cqos_core.model.dataclass import dataclass
@@ -27,21 +27,21 @@ _MOST_REMEMBERED: Final = 200_000
 _MOST_FUNCTIONS: Final = 256
 _WORTH_A_FUNCTION: Final = 12
 _WORTH_COMPILING: Final = 12
-"""Times that a set is asked before it is compiled, which costs as much as about 20 of them."""
+"""Evaluations of a set before it is compiled; compilation costs about 20 evaluations."""
 EVERY: Final = -1
 """The bits of all rules."""
 
 _Asking: TypeAlias = "Callable[[BoundRule, QosProfile, QosProfile], object | None]"
 
 
-class Asked(NamedTuple):
+class RuleQuestion(NamedTuple):
     """A rule as a set asks it.
 
     Attributes:
         bound: the rule.
         by_itself: asks it of two profiles where a function does not tell; returns None where it has nothing to say.
-        undecided: whether it has something to say where it is not decided; a meeting condition only where that rests on assumptions.
-        absent: where it reads what its ends do not have.
+        undecided: whether it has something to say where it is not decided; a matching condition only where that rests on assumptions.
+        absent: positions of policies that it reads and its ends do not have.
     """
 
     bound: BoundRule
@@ -51,16 +51,16 @@ class Asked(NamedTuple):
 
 
 @dataclass(slots=True, eq=False)
-class Surrounding:
-    """What many profiles have in common on one side of rules: the values that are not known, and those of options.
+class SharedValues:
+    """The values that many profiles share on one side of rules: unknown ones, and those of options.
 
     Attributes:
         values: those, at their places in the values of a profile.
         at: these places.
-        open: bits of the rules that read what is not known.
-        passed: bits of the rules that require what the middleware does not match on.
+        open: bits of the rules that read unknown values.
+        passed: bits of the rules over policies that the middleware does not match on.
         options: values of the options that rules read.
-        functions: by what stands on the other side, the rules compiled for both.
+        functions: by the shared values of the other side, the rules compiled for both.
     """
 
     values: Values
@@ -68,23 +68,23 @@ class Surrounding:
     open: int
     passed: int
     options: Values
-    functions: dict[Surrounding, Compiled] = field(default_factory=dict)
+    functions: dict[SharedValues, CompiledConditions] = field(default_factory=dict)
 
 
 class RuleSet:
-    """Rules of a pack, as one function for profiles that have as much in common as two others, once these are enough.
+    """Rules of a pack, compiled for profiles with the same shared values after enough evaluations.
 
     Attributes:
         rules: in order; a rule has the bit of its place.
         bits: of the rules of each part.
-        one: whether they are about one profile, which stands on both sides and is alone where a rule speaks of all of a side.
+        one: whether they are about one profile, which is on both sides and alone in aggregates.
     """
 
-    def __init__(self, parts: Mapping[str, Iterable[Asked]], *, one: bool = False) -> None:
+    def __init__(self, parts: Mapping[str, Iterable[RuleQuestion]], *, one: bool = False) -> None:
         """Put the rules of several parts together."""
         self.one = one
         self.bits: dict[str, int] = {}
-        every: list[Asked] = []
+        every: list[RuleQuestion] = []
         for name, asked in parts.items():
             before = len(every)
             every += asked
@@ -94,14 +94,16 @@ class RuleSet:
         self._always = sum(1 << position for position, each in enumerate(self._each) if each.absent)
         self._functions = 0
         self._few = _WORTH_COMPILING
-        self._uses = Counter[tuple[Surrounding, Surrounding]]()
-        self._by_frame: tuple[dict[ProfileFrame, Surrounding], ...] = ({}, {})
-        self._surroundings: tuple[dict[tuple[object, ...], Surrounding], ...] = ({}, {})
+        self._uses = Counter[tuple[SharedValues, SharedValues]]()
+        self._by_frame: tuple[dict[ProfileFrame, SharedValues], ...] = ({}, {})
+        self._surroundings: tuple[dict[tuple[object, ...], SharedValues], ...] = ({}, {})
 
     @cached_property
-    def compiled(self) -> Compiled:
+    def compiled(self) -> CompiledConditions:
         """Their conditions, as one function of values that are all known."""
-        return compiled([Question(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one)
+        return compile_conditions(
+            [Question(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one
+        )
 
     @cached_property
     def _reading(self) -> tuple[dict[int, int], dict[int, int]]:
@@ -131,8 +133,8 @@ class RuleSet:
         """The bits of the rules that read options."""
         return sum(1 << position for position, each in enumerate(self.rules) if each.bound.options)
 
-    def _surrounding(self, profile: QosProfile, *, second: bool) -> Surrounding:
-        """Return what a profile has in common with others, as the rules read it on one side."""
+    def _surrounding(self, profile: QosProfile, *, second: bool) -> SharedValues:
+        """Return the values that a profile shares with others, as the rules read them on one side."""
         frame = profile.frame
         found = self._by_frame[second].get(frame)
         if found is None:
@@ -143,7 +145,7 @@ class RuleSet:
             found = self._by_frame[second][frame] = self._in_common(frame, len(profile.known), second=second)
         return found
 
-    def _in_common(self, frame: ProfileFrame, size: int, *, second: bool) -> Surrounding:
+    def _in_common(self, frame: ProfileFrame, size: int, *, second: bool) -> SharedValues:
         reading = self._reading[second]
         opened = {index: value for index, value in frame.open.items() if index in reading}
         bits = passed = 0
@@ -156,13 +158,13 @@ class RuleSet:
         unknown = tuple([(at, ANYTHING if isinstance(each, Anything) else each) for at, each in opened.items()])
         known = {**frame.options, **opened}
         values = tuple([known.get(at) for at in range(size)])
-        found = Surrounding(values, frozenset((*opened, *self._options)), bits, passed, options)
+        found = SharedValues(values, frozenset((*opened, *self._options)), bits, passed, options)
         return self._surroundings[second].setdefault((unknown, passed, options), found)
 
-    def _surroundings_of(self, first: QosProfile, second: QosProfile) -> tuple[Surrounding, Surrounding]:
+    def _surroundings_of(self, first: QosProfile, second: QosProfile) -> tuple[SharedValues, SharedValues]:
         return self._surrounding(first, second=False), self._surrounding(second, second=not self.one)
 
-    def function(self, first: QosProfile, second: QosProfile, *, at_once: bool = False) -> Compiled | None:
+    def function(self, first: QosProfile, second: QosProfile, *, at_once: bool = False) -> CompiledConditions | None:
         """Return the function for what two profiles have in common with others; None before they are enough for one.
 
         ``at_once``: they are expected to be.
@@ -194,7 +196,7 @@ class RuleSet:
         return each.by_itself(each.bound, first, second)
 
     def _sorted_out(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
-        """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
+        """Return as bits the rules that certainly report, and those that have to be evaluated."""
         here, there = self._surroundings_of(first, second)
         function = here.functions.get(there) or self._counted(here, there)
         if function is not None:
@@ -213,14 +215,14 @@ class RuleSet:
         found = (reporting(first.known, second.known) | opened) & counted
         return found & exact, found & ~exact
 
-    def _counted(self, first: Surrounding, second: Surrounding) -> Compiled | None:
+    def _counted(self, first: SharedValues, second: SharedValues) -> CompiledConditions | None:
         """Return the function for what many profiles have in common, once they are enough to be worth it."""
         if len(self._uses) >= _MOST_REMEMBERED:
             self._uses.clear()
         self._uses[first, second] += 1
         return None if self._uses[first, second] < _WORTH_A_FUNCTION else self._function(first, second)
 
-    def _function(self, first: Surrounding, second: Surrounding) -> Compiled:
+    def _function(self, first: SharedValues, second: SharedValues) -> CompiledConditions:
         """Make the function for what many profiles have in common."""
         if self._functions >= _MOST_FUNCTIONS:
             for each in (*self._surroundings[0].values(), *self._surroundings[1].values()):
@@ -228,14 +230,14 @@ class RuleSet:
             self._functions = 0
             self._uses.clear()
         self._functions += 1
-        passed, common = first.passed | second.passed, Common(first.values, second.values, (first.at, second.at))
+        passed, common = first.passed | second.passed, CommonValues(first.values, second.values, (first.at, second.at))
         questions = [
             None if passed >> position & 1 else self._question(each, common) for position, each in enumerate(self._each)
         ]
-        found = first.functions[second] = compiled(questions, alone=self.one)
+        found = first.functions[second] = compile_conditions(questions, alone=self.one)
         return found
 
-    def _question(self, asked: Asked, common: Common) -> Question:
+    def _question(self, asked: RuleQuestion, common: CommonValues) -> Question:
         bound, _, undecided, absent = asked
         if bound.rule.kind == "meets" and undecided:
             undecided = any(
@@ -248,5 +250,5 @@ class RuleSet:
             here, there = (
                 tuple([ANYTHING if at in absent else each for at, each in enumerate(one)]) for one in (here, there)
             )
-            common = Common(here, there, (at[0] | absent, at[1] | absent))
+            common = CommonValues(here, there, (at[0] | absent, at[1] | absent))
         return Question(bound.bound, bound.rule.kind == "forbids", undecided and not absent, common)

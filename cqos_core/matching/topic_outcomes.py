@@ -1,6 +1,6 @@
-"""What rules say of a topic: of groups of endpoints on both sides, without names. Outcomes of a shape are cached.
+"""Outcomes of topics: pairs and hits of rules over groups of endpoints, without names. Outcomes of a shape are cached.
 
-A rule reads only a few policies. So it is judged once per distinct combination of those (its *classes*), not per pair of
+A rule reads only a few policies. So it is judged once per distinct combination of those (its *value groups*), not per pair of
 endpoints. Its answer for a publisher is a set of subscribers, held as the bits of an integer. So even a
 topic on which all endpoints differ costs little more than its distinct values. Most topics equal others, in the same system or in
 an earlier one, and cost a look-up.
@@ -14,10 +14,8 @@ from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language import relation
-from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
+from cqos_core.language.bound_condition import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
-from cqos_core.matching.classes import Class, Classes, classes
-from cqos_core.matching.hits import MOST_COMBINATIONS, Hit, OfEnds, called, reach
 from cqos_core.matching.judge import (
     Violation,
     about_one,
@@ -33,8 +31,10 @@ from cqos_core.matching.judge import (
     undecided_of,
     verdict_by,
 )
-from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.signals import signal_hits
+from cqos_core.matching.rule_hits import MOST_COMBINATIONS, EndpointHits, Hit, add_reached, violation_key
+from cqos_core.matching.signal_rules import signal_hits
+from cqos_core.matching.topic_groups import GroupKey, TopicShape
+from cqos_core.matching.value_groups import ValueGroup, ValueGroups, value_groups
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -52,22 +52,22 @@ _FEW_PAIRS: Final = 64
 
 
 @dataclass(slots=True, eq=False)
-class Apart:
-    """A meeting condition that keeps a class of publishers apart from subscribers: by publisher group those groups, as bits.
+class NonMatch:
+    """A matching condition that keeps publishers from matching subscribers: by publisher group the subscriber groups, as bits.
 
     Attributes:
         tags: acceptances that name the publishers.
-        subscribers: the classes that the condition sorts all subscribers into.
+        subscribers: the value groups of all subscribers, as the condition reads them.
     """
 
     bound: BoundRule
     tags: frozenset[int]
-    subscribers: Classes
+    subscribers: ValueGroups
     missed: dict[int, int] = field(default_factory=dict)
 
 
-class Row(NamedTuple):
-    """Publisher groups, and as bits the subscriber groups, whose pairs were judged alike."""
+class JudgedPairs(NamedTuple):
+    """Publisher groups, and as bits the subscriber groups, whose pairs have equal results."""
 
     publishers: tuple[int, ...]
     subscribers: int
@@ -76,23 +76,23 @@ class Row(NamedTuple):
 
 
 class TopicOutcome(NamedTuple):
-    """What rules say of a shape.
+    """The outcome of a shape.
 
     Attributes:
-        met: per publisher group, the subscriber groups it meets, as bits.
-        kept_apart: what keeps which groups from each other.
+        met: per publisher group, the subscriber groups that it matches, as bits.
+        kept_apart: the conditions that keep groups from matching.
         rows: all pairs.
-        hits: what rules report.
+        hits: the reports of rules.
     """
 
     met: tuple[int, ...]
-    kept_apart: tuple[Apart, ...]
-    rows: tuple[Row, ...]
+    kept_apart: tuple[NonMatch, ...]
+    rows: tuple[JudgedPairs, ...]
     hits: tuple[Hit[int], ...]
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict of one group and another one; of two that never meet it is unknown."""
+        """The verdict of two groups; unknown if they do not match."""
         return self.rows[0].verdict if self.rows else Verdict.UNKNOWN
 
 
@@ -103,21 +103,21 @@ def judge_shape(shape: TopicShape) -> TopicOutcome:
     return _remembered(shape)
 
 
-class _Said(NamedTuple):
-    """What a rule says of two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
+class _GroupReport(NamedTuple):
+    """The report of a rule over two value groups; ``combinations`` counts further ones that these stand for, else it is 0."""
 
-    publishers: Class
-    subscribers: Class
-    spoken: Violation
+    publishers: ValueGroup
+    subscribers: ValueGroup
+    violation: Violation
     combinations: int = 0
 
 
-class _Row(NamedTuple):
-    """What a rule says of a class of publishers: the subscriber groups it certainly reports, as bits, and what else."""
+class _PublisherReport(NamedTuple):
+    """The report of a rule over a value group of publishers: the subscriber groups that it certainly reports, as bits, and others."""
 
-    publishers: Class
+    publishers: ValueGroup
     certain: int
-    others: list[tuple[Class, Violation]]
+    others: list[tuple[ValueGroup, Violation]]
 
 
 @dataclass(slots=True)
@@ -128,12 +128,12 @@ class _Pairs:
     """
 
     met: list[int]
-    kept_apart: list[Apart] = field(default_factory=list)
+    kept_apart: list[NonMatch] = field(default_factory=list)
     segments: list[dict[tuple[Verdict, tuple[str, ...]], int]] = field(default_factory=list)
     sizes: list[int] = field(default_factory=list)
 
     def weight(self, mask: int) -> int:
-        """How many endpoints the subscriber groups of ``mask`` have."""
+        """Return the number of endpoints of the subscriber groups in ``mask``."""
         return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
 
 
@@ -160,7 +160,7 @@ def _judge(shape: TopicShape) -> TopicOutcome:
 
 
 def _is_quiet(shape: TopicShape) -> bool:
-    """Whether no rule has anything to say of one group on each side."""
+    """Return whether no rule reports on one group on each side."""
     (offering,), (requesting,) = shape.publishers, shape.subscribers
     publisher, subscriber = offering.profile, requesting.profile
     return (
@@ -171,19 +171,19 @@ def _is_quiet(shape: TopicShape) -> bool:
     )
 
 
-def _end_is_quiet(alike: Alike, role: str) -> bool:
-    profile = alike.profile
-    unusual = alike.carried or alike.wired or profile.unread or profile.refused
-    return not unusual and not about_one(profile.pack, role, alike.observed).that_report(profile, profile)
+def _end_is_quiet(group: GroupKey, role: str) -> bool:
+    profile = group.profile
+    unusual = group.copied or group.wired or profile.unread or profile.refused
+    return not unusual and not about_one(profile.pack, role, group.observed).that_report(profile, profile)
 
 
-QUIET: Final = TopicOutcome((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
+QUIET: Final = TopicOutcome((1,), (), (JudgedPairs((0,), 1, Verdict.COMPATIBLE, ()),), ())
 """One group on each side, compatible, without a finding."""
 
 
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
-    """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
-    sides = (tuple(Alike(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
+    """Return per publisher the subscribers of one topic that it matches, as bits."""
+    sides = (tuple(GroupKey(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
     shape = TopicShape(pack, *sides)
     return _met(shape, _may_report(shape)).met
 
@@ -207,22 +207,22 @@ def _may_report(shape: TopicShape) -> int:
 
 
 def _of_part(shape: TopicShape, reporting: int, part: str) -> Iterator[BoundRule]:
-    """Yield those of the rules that may report that are of a part: meeting conditions, or rules of pairs."""
+    """Yield those of the rules that may report that are of a part: matching conditions, or rules of pairs."""
     rules = over_both(shape.pack)
     return (rules.rules[position] for position in positions(reporting & rules.bits[part]))
 
 
 def _met(shape: TopicShape, reporting: int) -> _Pairs:
-    """Find which groups form pairs, and what keeps the others apart."""
+    """Return the groups that match, and the conditions that keep the others from matching."""
     everybody = (1 << len(shape.subscribers)) - 1
-    native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
+    native = sum(1 << index for index, group in enumerate(shape.subscribers) if not group.copied)
     pairs = _Pairs(
-        [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
+        [native if group.copied else everybody for group in shape.publishers], sizes=_sizes(shape.subscribers)
     )
     for bound in _of_part(shape, reporting, "meets"):
-        subscribers = classes(shape.subscribers, bound.bound.sides[1])
+        subscribers = value_groups(shape.subscribers, bound.bound.sides[1])
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
-            apart = Apart(bound, publishers.first.tags, subscribers)
+            apart = NonMatch(bound, publishers.first.tags, subscribers)
             for publisher in publishers.members:
                 kept = pairs.met[publisher] & missed
                 if kept:
@@ -235,35 +235,35 @@ def _met(shape: TopicShape, reporting: int) -> _Pairs:
 
 
 def _undecided_meetings(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
-    """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
+    """Leave unknown the pairs that a matching condition keeps apart under some assumptions only."""
     assuming = 0
     for side, groups in enumerate((shape.publishers, shape.subscribers)):
-        for alike in groups:
-            assuming |= read_in_worlds(shape.pack, alike.profile.frame, side)
+        for group in groups:
+            assuming |= read_in_worlds(shape.pack, group.profile.frame, side)
     for bound in _of_part(shape, reporting & assuming, "meets"):
         first, second = bound.bound.sides
-        offering, requesting = classes(shape.publishers, first), classes(shape.subscribers, second)
+        offering, requesting = value_groups(shape.publishers, first), value_groups(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
-                spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
-                if spoken is not None:
-                    _note(shape, pairs, hits, _Said(publishers, subscribers, spoken, 0), pairs.met)
+                violation = undecided_meeting(bound, publishers.profile, subscribers.profile)
+                if violation is not None:
+                    _note(shape, pairs, hits, _GroupReport(publishers, subscribers, violation, 0), pairs.met)
                     for at in publishers.members:
                         mask = subscribers.mask & pairs.met[at]
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
 
 
-def _sizes(groups: Sequence[Alike]) -> list[int]:
+def _sizes(groups: Sequence[GroupKey]) -> list[int]:
     """The groups whose size has 1, 2, 4, … in it, as bits."""
-    found = [0] * max((alike.size.bit_length() for alike in groups), default=0)
-    for position, alike in enumerate(groups):
-        for power in positions(alike.size):
+    found = [0] * max((group.size.bit_length() for group in groups), default=0)
+    for position, group in enumerate(groups):
+        for power in positions(group.size):
             found[power] |= 1 << position
     return found
 
 
 def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -> None:
-    needs = {word for alike in shape.subscribers for word in alike.profile.needs}
+    needs = {word for group in shape.subscribers for word in group.profile.needs}
     fitting: list[int] | None = None
     guarantees = (each for each in shape.pack.by_scope.get("pair", ()) if each.rule.guarantee in needs)
     for bound in (*_of_part(shape, reporting, "pair"), *guarantees):
@@ -271,11 +271,11 @@ def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -
         if bound.rule.guarantee:
             asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
-        columns = classes(shape.subscribers, bound.bound.sides[1])
+        columns = value_groups(shape.subscribers, bound.bound.sides[1])
         for each in _few(bound, _spoken(shape, bound, columns), columns):
             _note(shape, pairs, hits, each, asked)
             for publisher in each.publishers.members:
-                key = (publisher, each.spoken.unknown)
+                key = (publisher, each.violation.unknown)
                 said[key] = said.get(key, 0) | each.subscribers.mask
         for (publisher, unknown), mask in said.items():
             verdict = verdict_by(bound.rule, unknown=unknown)
@@ -283,21 +283,21 @@ def _pair_rules(shape: TopicShape, reporting: int, pairs: _Pairs, hits: _Hits) -
 
 
 def _end_segments(shape: TopicShape, pairs: _Pairs) -> None:
-    """Apply what holds of all pairs of an endpoint: no pair is compatible where one end of it is not understood or refused."""
+    """Apply the best verdict of each endpoint: no pair is compatible if one end is not understood or refused."""
     said: dict[tuple[Verdict, tuple[str, ...]], int] = {}
-    for position, alike in enumerate(shape.subscribers):
-        for end in of_end(alike.profile, SUBSCRIBER, alike.observed, alike.wired):
+    for position, group in enumerate(shape.subscribers):
+        for end in of_end(group.profile, SUBSCRIBER, group.observed, group.wired):
             said[end] = said.get(end, 0) | 1 << position
-    for position, alike in enumerate(shape.publishers):
+    for position, group in enumerate(shape.publishers):
         segments = pairs.segments[position]
-        for verdict, codes in of_end(alike.profile, PUBLISHER, alike.observed, alike.wired):
+        for verdict, codes in of_end(group.profile, PUBLISHER, group.observed, group.wired):
             _split_segments(segments, pairs.met[position], verdict, codes)
         for (verdict, codes), mask in said.items():
             _split_segments(segments, mask & pairs.met[position], verdict, codes)
 
 
 def _fitting(pairs: _Pairs) -> list[int]:
-    """Per publisher group the subscriber groups that nothing refuses: a guarantee is one of pairs that fit."""
+    """Return per publisher group the subscriber groups that nothing refuses: only compatible pairs have guarantees."""
     found = []
     for segments in pairs.segments:
         mask = 0
@@ -307,9 +307,9 @@ def _fitting(pairs: _Pairs) -> list[int]:
     return found
 
 
-def _spoken(shape: TopicShape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
-    """Judge one rule over every combination of its classes; yield what it says."""
-    publishers = classes(shape.publishers, bound.bound.sides[0]).each
+def _spoken(shape: TopicShape, bound: BoundRule, columns: ValueGroups) -> Iterator[_PublisherReport]:
+    """Judge one rule over every combination of its value groups; yield its reports."""
+    publishers = value_groups(shape.publishers, bound.bound.sides[0]).each
     if not bound.rule.guarantee:  # which depends on what the subscriber needs
         publishers = [each for each in publishers if not passed_over(bound, each.profile, each.profile)]
     subscribers = [each for each in columns.each if not passed_over(bound, each.profile, each.profile)]
@@ -335,67 +335,72 @@ def _spoken(shape: TopicShape, bound: BoundRule, columns: Classes) -> Iterator[_
             if easy:
                 certain |= requesting.mask if bool(bound.bound.plain(a, b, NO_SIGNAL)) is speaks else 0
                 continue
-            spoken = ask(bound, a, b)
-            if spoken is None:
+            violation = ask(bound, a, b)
+            if violation is None:
                 continue
-            if spoken.outcome.result is speaks:
+            if violation.outcome.result is speaks:
                 certain |= requesting.mask
             elif bound.rule.kind != "meets":
-                others.append((requesting, spoken))
+                others.append((requesting, violation))
         if certain or others:
-            yield _Row(offering, certain, others)
+            yield _PublisherReport(offering, certain, others)
 
 
-def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_Said]:
-    """Pass the first combinations on, and then per publisher class one that stands for the others."""
+def _few(bound: BoundRule, rows: Iterable[_PublisherReport], columns: ValueGroups) -> Iterator[_GroupReport]:
+    """Yield the first combinations, then one per publisher group that stands for the others."""
     certain = Violation(bound, RuleAnswer(bound.rule.kind == "forbids"))
     later = []
     left = MOST_COMBINATIONS
     for publishers, mask, others in rows:
         if left:
-            said = {id(each): spoken for each, spoken in others}
+            said = {id(each): violation for each, violation in others}
             for each in columns.within(reduce(or_, (each.mask for each, _ in others), mask))[:left]:
-                yield _Said(publishers, each, said.get(id(each), certain))
+                yield _GroupReport(publishers, each, said.get(id(each), certain))
                 left -= 1
                 mask &= ~each.mask  # noqa: PLW2901 - what is left of it
                 said.pop(id(each), None)
-            others = [(each, spoken) for each, spoken in others if id(each) in said]  # noqa: PLW2901 - likewise
+            others = [(each, violation) for each, violation in others if id(each) in said]  # noqa: PLW2901 - likewise
         together = []
         for _, same in columns.by_tags(mask):
             first = columns.first(same)
-            together.append(_Said(publishers, Class(first.first, first.members, same), certain, columns.count(same)))
-        undecided: dict[frozenset[int], list[tuple[Class, Violation]]] = {}
-        for each, spoken in others:
-            undecided.setdefault(each.first.tags, []).append((each, spoken))
-        for (first, spoken), *more in undecided.values():
+            together.append(
+                _GroupReport(publishers, ValueGroup(first.first, first.members, same), certain, columns.count(same))
+            )
+        undecided: dict[frozenset[int], list[tuple[ValueGroup, Violation]]] = {}
+        for each, violation in others:
+            undecided.setdefault(each.first.tags, []).append((each, violation))
+        for (first, violation), *more in undecided.values():
             same = reduce(or_, (each.mask for each, _ in more), first.mask)
-            together.append(_Said(publishers, Class(first.first, first.members, same), spoken, len(more) + 1))
+            together.append(
+                _GroupReport(publishers, ValueGroup(first.first, first.members, same), violation, len(more) + 1)
+            )
         later += sorted(together, key=lambda each: each.subscribers.members[0])
     yield from later
 
 
-def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _Said, asked: Sequence[int]) -> None:
-    """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
-    publishers, subscribers, spoken, combinations = said
-    if spoken.unknown and (
-        already_reported(spoken, publishers.profile, subscribers.profile) or needs_misread(spoken, subscribers.profile)
+def _note(shape: TopicShape, pairs: _Pairs, hits: _Hits, said: _GroupReport, asked: Sequence[int]) -> None:
+    """Note the report of a rule about two value groups, or further merged ones, if they are pairs of ``asked``."""
+    publishers, subscribers, violation, combinations = said
+    if violation.unknown and (
+        already_reported(violation, publishers.profile, subscribers.profile)
+        or needs_misread(violation, subscribers.profile)
     ):
         return
     reached = {publisher: mask for publisher in publishers.members if (mask := asked[publisher] & subscribers.mask)}
     if not reached:
         return
-    code, tags = called(spoken), publishers.first.tags | subscribers.first.tags
-    key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
-    hit = hits.setdefault(key, Hit(spoken, tags=tags))
+    code, tags = violation_key(violation), publishers.first.tags | subscribers.first.tags
+    key = (code, violation.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
+    hit = hits.setdefault(key, Hit(violation, tags=tags))
     hit.more += combinations
     hit.pairs += sum(shape.publishers[publisher].size * pairs.weight(mask) for publisher, mask in reached.items())
-    reach(hit, reached, subscribers.members)
+    add_reached(hit, reached, subscribers.members)
 
 
 def _split_segments(
     segments: dict[tuple[Verdict, tuple[str, ...]], int], mask: int, verdict: Verdict, codes: tuple[str, ...]
 ) -> None:
-    """Apply what is known of some subscribers to the segments of one publisher group."""
+    """Apply a verdict for some subscribers to the segments of one publisher group."""
     for (before, known), present in list(segments.items()):
         touched = present & mask
         if not touched:
@@ -410,28 +415,30 @@ def _split_segments(
         segments[key] = segments.get(key, 0) | touched
 
 
-def _rows(pairs: _Pairs) -> tuple[Row, ...]:
-    """Put publishers together whose pairs were judged alike."""
+def _rows(pairs: _Pairs) -> tuple[JudgedPairs, ...]:
+    """Put publishers together whose pairs have equal results."""
     rows: dict[tuple[Verdict, tuple[str, ...], int], list[int]] = {}
     for publisher, segments in enumerate(pairs.segments):
         for (verdict, codes), mask in segments.items():
             rows.setdefault((verdict, codes, mask), []).append(publisher)
-    return tuple(Row(tuple(publishers), mask, verdict, codes) for (verdict, codes, mask), publishers in rows.items())
+    return tuple(
+        JudgedPairs(tuple(publishers), mask, verdict, codes) for (verdict, codes, mask), publishers in rows.items()
+    )
 
 
 # Endpoints
 
 
 def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
-    found = OfEnds[int]()
+    found = EndpointHits[int]()
     for role in (PUBLISHER, SUBSCRIBER):
-        for position, alike in enumerate(shape.side(role)):
-            if alike.carried:
+        for position, group in enumerate(shape.side(role)):
+            if group.copied:
                 continue
-            undecided = () if alike.wired else undecided_of(alike.profile, role, alike.observed)
-            for spoken in judge_endpoint(alike.profile, role, alike.observed):
-                if not spoken.unknown or spoken.failed is not None or spoken in undecided:
-                    found.note(spoken, role, position, alike.profile, alike.tags)
+            undecided = () if group.wired else undecided_of(group.profile, role, group.observed)
+            for violation in judge_endpoint(group.profile, role, group.observed):
+                if not violation.unknown or violation.failed is not None or violation in undecided:
+                    found.note(violation, role, position, group.profile, group.tags)
     yield from found.values()
 
 
@@ -441,13 +448,13 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Hit[int]]:
 def _signal_rules(shape: TopicShape, pairs: _Pairs, hits: _Hits) -> None:
     for hit in signal_hits(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
         hits["signal", len(hits)] = hit
-        if hit.spoken.refuses:
+        if hit.violation.refuses:
             _refuse(pairs, hit)
 
 
 def _refuse(pairs: _Pairs, hit: Hit[int]) -> None:
-    """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
-    code = (hit.spoken.bound.rule.code,)
+    """Make pairs incompatible whose endpoints a rule over their topic refuses."""
+    code = (hit.violation.bound.rule.code,)
     subscribers = sum(1 << position for position in hit.subscribers)
     for position, segments in enumerate(pairs.segments):
         mask = pairs.met[position] if position in hit.publishers else subscribers

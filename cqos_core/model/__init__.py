@@ -1,1 +1,1 @@
-"""Systems, reports and their parts: what the rooms exchange, with problems, codes, places and texts; nothing here decides."""
+"""Data that the rooms exchange: systems, reports, problems, codes, places and texts; nothing here decides."""

@@ -1,4 +1,4 @@
-"""What an edit of a session changes in its report."""
+"""Changes of a session's report by an edit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Verdict
 from cqos_core.model.grouping import grouped
-from cqos_core.model.later import later
+from cqos_core.model.lazy_tuple import lazy_tuple
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Group, Report
@@ -21,7 +21,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """How much there is of everything in a report.
+    """Numbers of endpoints, topics, pairs and findings in a report.
 
     Attributes:
         endpoints, topics, unmatched: as in `Report`.
@@ -37,7 +37,7 @@ class Counts:
 
     @property
     def verdict(self) -> Verdict:
-        """That of the report: the worst of all pairs, or unknown without pairs."""
+        """The verdict of the report: the worst of all pairs, or unknown without pairs."""
         return max(self.pairs, key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN)
 
 
@@ -79,19 +79,19 @@ class Changes:
         return self.counts != self.before or any(map(len, found))
 
 
-class Difference:
-    """What came and what went between two states; later steps are added to it.
+class NetChange:
+    """Items that were added and removed between two states; later steps are added to it.
 
-    What came in one step and went in a later one is in neither.
+    An item that was added in one step and removed in a later one is in neither.
     """
 
     def __init__(self) -> None:
-        """Begin without any difference."""
+        """Begin with no change."""
         self._came: dict[int, Any] = {}
         self._gone: dict[int, Any] = {}
 
     def __bool__(self) -> bool:
-        """Whether anything came or went, if only for something equal."""
+        """Whether anything was added or removed, also if equal items replaced each other."""
         return bool(self._came or self._gone)
 
     def add(self, gone: Iterable[object], came: Iterable[object]) -> None:
@@ -103,25 +103,25 @@ class Difference:
             if self._gone.pop(id(each), None) is None:
                 self._came[id(each)] = each
 
-    def follow(self, step: Difference) -> None:
-        """Add all that another one has."""
+    def follow(self, step: NetChange) -> None:
+        """Add all steps of another change."""
         self.add(step._gone.values(), step._came.values())
 
     def read(
         self, prepare: Callable[[Sequence[Any]], Sequence[Any]], of: Callable[[Any], object]
     ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """Return what came and what went, without equal ones; ``of`` is equal for these, and each is prepared when it is read."""
+        """Return added and removed items without those that are on both sides; ``of`` returns what is compared. Each is prepared when it is read."""
         came, gone = [*self._came.values()], [*self._gone.values()]
 
         @cache
         def both() -> tuple[list[Any], list[Any]]:
             return _unequal(prepare(came), prepare(gone), of)
 
-        return later(lambda: both()[0]), later(lambda: both()[1])
+        return lazy_tuple(lambda: both()[0]), lazy_tuple(lambda: both()[1])
 
 
 def _unequal(came: Sequence[_T], gone: Sequence[_T], of: Callable[[_T], object]) -> tuple[list[_T], list[_T]]:
-    """Leave out what is on both sides."""
+    """Return both lists without items that are on both sides."""
     left = grouped((of(each), each) for each in gone)
     new = []
     for each in came:

@@ -1,4 +1,4 @@
-"""What a code stands for: one row of the tables of codes, of the core and of rule packs."""
+"""Descriptions of codes: one row of the tables of the core and of rule packs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cqos_core.model.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class CodeInfo:
-    """One thing the core, or the importers of a rule pack, may report.
+    """A code under which the core, or an importer of a rule pack, reports.
 
     Attributes:
         name: the bad pattern in kebab case.
@@ -34,5 +34,5 @@ class CodeInfo:
 
     @property
     def spellings(self) -> frozenset[str]:
-        """What it may be called, in lower case: its code, name and aliases."""
+        """Its code, name and aliases in lower case."""
         return frozenset(spelling.lower() for spelling in (self.code, self.name, *self.aliases))

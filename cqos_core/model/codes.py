@@ -1,4 +1,4 @@
-"""Codes of the core: what it reports about inputs, models, matching and configuration. Permanent, like rule codes.
+"""Codes of findings that the core itself reports about inputs, models, matching and configuration. They are permanent, like rule codes.
 
 ``codes.json`` has them. CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles
 alone, CQ062 a choice to make); CQ2xx: settings and profiles; CQ4xx: names and matching; CQ5xx: bridges; CQ6xx: accepted exceptions and the team's own rules;
@@ -24,7 +24,7 @@ _SPELLINGS: Final = {spelling: info for info in CODES.values() for spelling in i
 
 
 def find_code(name: str) -> CodeInfo | None:
-    """Return what the core reports under that code, name or alias, or None."""
+    """Return the core's code with that code, name or alias, or None."""
     return _SPELLINGS.get(name.lower())
 
 

@@ -1,4 +1,4 @@
-"""How much of its inputs a report was made from."""
+"""The share of the inputs that a report covers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.finding_form import place_form
+from cqos_core.model.finding_json import place_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -19,7 +19,7 @@ _ALL: Final = 100
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How much of its inputs a report was made from.
+    """The share of the inputs that a report covers.
 
     Attributes:
         endpoints: how many were read.
@@ -35,7 +35,7 @@ class Coverage:
 
     @property
     def percent(self) -> int:
-        """How many of a hundred endpoints were read and are known whole, of all that are known to exist; 100 only if nothing is unread."""
+        """Return the percentage of existing endpoints that were read and understood completely; 100 only if nothing is unread."""
         known = self.endpoints - len(self.unclear)
         whole = self.endpoints + sum(each.endpoints for each in self.unread)
         if known == whole and not self.unread:
@@ -58,7 +58,7 @@ def _part(part: Part) -> dict[str, Any]:
         "kind": part.kind,
         "name": part.name,
         "cause": part.cause,
-        "place": place_form(part.place),
+        "place": place_json(part.place),
         "endpoints": part.endpoints,
     }
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import Lines, decode
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.model.regular_expressions import re, regular_expression
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -36,12 +36,12 @@ NAMESPACES = {
     "ros": "http://ros",
     "zeebe": "http://camunda.org/schema/zeebe/1.0",
 }
-"""The prefixes that paths of places use, and what they stand for."""
+"""The prefixes that paths of places use, with their namespaces."""
 
 _WIDEST = 200
 _ABOVE = 3  # lines above a value in which its key may stand
 
-# Everything in which something that looks like a tag is none, then start tags. Possessive: linear on any input.
+# Comments, CDATA and instructions are skipped, then start tags match. Possessive: linear on any input.
 _TAG = regular_expression(
     r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|<\?.*?\?>"""
     r"""|<(?P<name>[^\s<>/!?=]++)(?P<attributes>(?:[^<>"']++|"[^"]*+"|'[^']*+')*+)>""",
@@ -59,7 +59,7 @@ _PLAIN_END_IN_FLOW = regular_expression(r"\s+#|:(?=[\s,\[\]{}]|$)|\s*[,\[\]{}]|\
 
 @dataclass(frozen=True, slots=True)
 class Excerpt:
-    """A line to show and what to underline in it.
+    """A line to show, and the part to underline.
 
     Attributes:
         line: one-based number of the line in its file.
@@ -75,7 +75,7 @@ class Excerpt:
 
 
 def exact(places: Iterable[Place], sources: Mapping[str, bytes]) -> dict[Place, Place]:
-    """Return every place with the line and column of what it names, of the attribute's name for an attribute.
+    """Return every place with its exact line and column; of an attribute those of its name.
 
     Each source is read once, however many places lie in it. Places that have a column already, lie in no XML source,
     or cannot be found come back as they are.
@@ -133,7 +133,7 @@ def _last(pattern: re.Pattern[str], text: str, end: int) -> re.Match[str] | None
 
 
 def span(place: Place, sources: Mapping[str, bytes]) -> Excerpt | None:
-    """Return what to show for ``place``: an XML attribute with its value, a tag, a YAML scalar or flow collection.
+    """Return the excerpt for ``place``: an XML attribute with its value, a tag, a YAML scalar or flow collection.
 
     None where the place has no line or its source is not at hand. Give many places to `exact` first: an XML place
     without a column makes the whole source be read again.

@@ -1,4 +1,4 @@
-"""One rule that spoke: a finding with its severity, values, places and fixes.
+"""A finding with its severity, values, places and fixes.
 
 All values are text in the spelling of the YAML form, so nothing here needs a rule pack to be understood.
 """
@@ -55,7 +55,7 @@ _VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
 
 
 class Severity(TextEnum):
-    """How loud a finding speaks (DESIGN 7)."""
+    """Severity of a finding."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -63,7 +63,7 @@ class Severity(TextEnum):
 
     @property
     def rank(self) -> int:
-        """0 error, 1 warning, 2 note: smaller is louder."""
+        """0 error, 1 warning, 2 note: smaller is more severe."""
         return _SEVERITIES.index(self)
 
 
@@ -72,7 +72,7 @@ _SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """One value a finding speaks of.
+    """A value that a finding names.
 
     Attributes:
         policy: canonical name.
@@ -99,7 +99,7 @@ class Side:
         label: what an excerpt writes under the value: ``offered here``, ``requested here``, ``set here``.
         facts: the values the rule looked at; their places are those of the first member.
         place: of the first member.
-        templates: what the members are instances of, where any is one: each template once, and the members that are of none.
+        templates: if any member is an instance: the templates of all members, each once, and the members without one.
     """
 
     role: str
@@ -123,7 +123,7 @@ class Edit:
     """One change of a file or of an element of a model; `cqos_core.apply` makes new texts of edits.
 
     Attributes:
-        place: of the value that is replaced; of what the setting is added to, where it is not stated yet.
+        place: of the value that is replaced; of the element that a new setting is added to.
         attribute: the name that the value is stated under; for a setting that is added, the name of its policy.
         old: the text that is replaced, as written; None where the setting is added.
         new: the text that takes its place, in the spelling of its file.
@@ -171,20 +171,20 @@ class Remedy:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One rule that spoke.
+    """A rule that reports, with the endpoints concerned.
 
     Attributes:
         code, name: of the rule, permanent; `source` names the pack or plugin it comes from.
         severity: after overrides.
         message: one sentence that makes sense alone, with both endpoints and both values.
         topic: the signal's topic, or None.
-        verdict: what it does to its pairs: ``incompatible``, ``unknown``, or None where it does not touch the verdict.
+        verdict: the verdict of its pairs: ``incompatible``, ``unknown``, or None where it does not touch the verdict.
         sides: primary first (the requesting side); the other sides are context.
         remedies: alternatives, may be empty; those that make other pairs worse come last, else the fewest endpoints first. They
             are computed when they are first read.
         notes: short further sentences: the order of the values, what the verdict depends on, worlds.
         because: the rule's reason. `clause`: where the standard says so.
-        pairs: how many pairs this finding speaks of (0 for endpoint findings).
+        pairs: the number of pairs concerned (0 for endpoint findings).
         worlds: for an undetermined verdict: assumption such as ``ros2.rmw=fastdds`` to verdict.
         more_topics: further topics on which the same was found: one unknown cause, or instances of one template.
         more_codes: further rules that the same missing fact leaves undecided.

@@ -1,4 +1,4 @@
-"""The control flow of processes: what starts, follows, waits and repeats. Plain data that names no protocol and no file format.
+"""The control flow of processes as plain data: starts, sequences, waits and repetitions. It names no protocol and no file format.
 
 A `ControlFlow` is a graph. Its nodes refer to each other by their positions in `ControlFlow.nodes`. A process is a node, and so is
 a sub-process; what is inside them names them as `FlowNode.parent`.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.settings import Constant, Place
+from cqos_core.model.settings import Immutable, Place
 
 EventKind: TypeAlias = Literal["start", "end", "throw", "catch", "boundary"]
 """``end`` and ``throw`` throw; ``start``, ``catch`` and ``boundary`` catch."""
@@ -18,19 +18,19 @@ ActivityKind: TypeAlias = Literal["task", "call", "subprocess", "adhoc", "transa
 GatewayKind: TypeAlias = Literal["exclusive", "inclusive", "parallel", "complex", "event_based", "event_start"]
 """``event_based`` waits for one of the catches behind it; ``event_start`` does so as the start of its process."""
 NodeKind: TypeAlias = Literal["process", EventKind, ActivityKind, GatewayKind, "unknown"]
-"""What a node is; ``unknown`` was not understood."""
+"""The kinds of nodes; ``unknown`` was not understood."""
 OutsideKind: TypeAlias = Literal["signal", "message", "timer", "conditional"]
 """Triggers that come from outside of the process instance."""
 InsideKind: TypeAlias = Literal["link", "error", "escalation", "compensation", "cancel", "terminate"]
 """Triggers that an instance gives itself."""
 TriggerKind: TypeAlias = Literal[OutsideKind, InsideKind, "unknown"]
-"""What an event waits for or does; ``unknown`` was not understood, so it may happen at any time."""
+"""The kinds of triggers; an ``unknown`` one was not understood, so it may happen at any time."""
 WITHIN: Final = frozenset({"process", "subprocess", "adhoc", "transaction"})
 """The kinds of nodes that other nodes are in."""
 
 
 @dataclass(frozen=True, slots=True)
-class Timer(Constant):
+class Timer(Immutable):
     """When a timer fires.
 
     Attributes:
@@ -50,12 +50,12 @@ class Timer(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class Trigger(Constant):
-    """One definition of an event: what it waits for, or what it does.
+class Trigger(Immutable):
+    """One definition of an event: its trigger, or its action.
 
     Attributes:
         timer: of a timer.
-        link: name of a link, which joins what throws with what catches it in the same scope.
+        link: name of a link, which joins a throwing event with a catching one in the same scope.
     """
 
     kind: TriggerKind
@@ -78,7 +78,7 @@ class FlowEnds(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class FlowNode(Constant):
+class FlowNode(Immutable):
     """An event, an activity, a gateway, or a process.
 
     Attributes:
@@ -120,7 +120,7 @@ class FlowNode(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class ControlFlow(Constant):
+class ControlFlow(Immutable):
     """The processes of one file.
 
     Attributes:

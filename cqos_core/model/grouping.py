@@ -1,4 +1,4 @@
-"""Values put together by what they have in common."""
+"""Grouping of values by key."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class CqosError(Exception):
 
 
 class MissingError(CqosError):
-    """Something that this needs is not installed; ``help`` is the line that installs it."""
+    """A required package is not installed; ``help`` is the command that installs it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class PackError(CqosError):
 
 
 class ConditionError(CqosError):
-    """A condition cannot be read or does not fit the policies it speaks of.
+    """A condition cannot be read, or does not fit its policies.
 
     Attributes:
         text: the condition, as far as there is a text.
@@ -106,7 +106,7 @@ class InvalidValueError(CqosError):
     """A setting's text is no value of its policy. ``expected`` says what is allowed, ``near`` what was probably meant."""
 
     def __init__(self, message: str, expected: str = "", near: str = "") -> None:
-        """Keep what is allowed apart from what was found."""
+        """Keep the allowed values apart from the message."""
         self.expected = expected
         self.near = near
         self.message = message
@@ -131,14 +131,14 @@ def collect(problems: list[Problem], problem: Problem) -> None:
 
 
 def describe(error: BaseException) -> str:
-    """``ValueError: what it says``; errors that are raised on purpose explain themselves."""
+    """Return ``ValueError: its text``; of errors that are raised on purpose the text alone."""
     if isinstance(error, CqosError) or not str(error):
         return str(error) or type(error).__name__
     return f"{type(error).__name__}: {error}"
 
 
 def add_note(error: BaseException, note: str) -> None:
-    """Add what was going on to an error, as `BaseException.add_note` does from Python 3.11 on."""
+    """Add a note to an error, as `BaseException.add_note` does from Python 3.11 on."""
     vars(error).setdefault("__notes__", []).append(note)
 
 

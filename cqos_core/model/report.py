@@ -1,4 +1,4 @@
-"""What a check returns: verdicts of groups of pairs, findings with their remedies, and what was not looked at.
+"""Results of a check: verdicts of groups of pairs, findings with their fixes, and coverage.
 
 Leaf types only: formatters, the service and callers read them, `checker` makes them. As plain data they are the JSON report,
 version 1, documented in ``docs/json-report.md``.
@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Fact, Finding, Severity, Verdict, plural
-from cqos_core.model.notebook import InNotebooks
+from cqos_core.model.jupyter import JupyterDisplay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.model.finding_form import Exact, Json
+    from cqos_core.model.finding_json import Exact, Json
 
 __all__ = [
     "REPORT_VERSION",
@@ -34,12 +34,12 @@ __all__ = [
 ]
 
 REPORT_VERSION = 1
-"""Of the JSON report; a number that a reader does not know means that it must not go on."""
+"""Version of the JSON report; a reader must refuse a number that it does not know."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """One publisher and one subscriber that meet."""
+    """One publisher and one subscriber that match."""
 
     topic: str
     publisher: str
@@ -51,7 +51,7 @@ class Pair:
 class Group:
     """Publishers and subscribers of one topic whose pairs all have the same result, by the same rules.
 
-    ``internal`` counts the pairs whose two ends belong to one participant; ``codes`` are the rules that spoke.
+    ``internal`` counts the pairs whose two ends belong to one participant; ``codes`` are the rules that reported.
     """
 
     topic: str
@@ -99,7 +99,7 @@ class Assumption:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Report(InNotebooks):
+class Report(JupyterDisplay):
     """The result of one check, in an order that depends on nothing but its content.
 
     Attributes:
@@ -147,12 +147,12 @@ class Report(InNotebooks):
 
     def to_dict(self, tool_version: str = "", exact: Exact | None = None) -> dict[str, Any]:
         """Return the report as plain data with the keys of the JSON report; ``exact`` fills in what places leave open."""
-        from cqos_core.model.finding_form import as_it_is, finding_form
+        from cqos_core.model.finding_json import finding_json, place_as_stated
 
         return {
             **self.summary(tool_version),
             "groups": [each.to_dict() for each in self.groups],
-            "findings": [finding_form(each, exact or as_it_is) for each in self.findings],
+            "findings": [finding_json(each, exact or place_as_stated) for each in self.findings],
             "not_checked": list(self.not_checked),
         }
 
@@ -187,9 +187,9 @@ class Report(InNotebooks):
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a flat dictionary for each finding, as data frames take them: ``pandas.DataFrame(report.rows())``."""
-        from cqos_core.model.finding_form import row_form
+        from cqos_core.model.finding_json import finding_row
 
-        return [row_form(each) for each in self.findings]
+        return [finding_row(each) for each in self.findings]
 
     @property
     def pairs(self) -> Iterator[Pair]:
@@ -201,11 +201,11 @@ class Report(InNotebooks):
 
     @property
     def pair_count(self) -> int:
-        """How many pairs were judged."""
+        """Return the number of judged pairs."""
         return sum(group.pairs for group in self.groups)
 
     def count(self, severity: Severity) -> int:
-        """How many findings of one severity there are, accepted ones not counted."""
+        """Return the number of findings of one severity; accepted ones do not count."""
         return sum(1 for finding in self.findings if finding.severity is severity and finding.accepted is None)
 
     @property
@@ -227,13 +227,13 @@ class Report(InNotebooks):
 
 
 class _Unmade:
-    """A report with a verdict; the rest of it is made when any part of that is first read."""
+    """A report with a verdict; the rest is made when any other part is first read."""
 
     __slots__ = ("_make",)
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class PairReport(InNotebooks, _Unmade):
+class PairReport(JupyterDisplay, _Unmade):
     """The result of judging one offer against one request (`cqos_core.check_pair`).
 
     Attributes:
@@ -279,7 +279,7 @@ class PairReport(InNotebooks, _Unmade):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the pair as plain data with the keys of ``cqos explain --format json``."""
-        from cqos_core.model.finding_form import finding_form
+        from cqos_core.model.finding_json import finding_json
 
         policies, guarantees, hops = (
             [asdict(each, dict_factory=_fields) for each in parts]
@@ -292,7 +292,7 @@ class PairReport(InNotebooks, _Unmade):
             "assumed": [each.to_dict() for each in self.assumed],
             "guarantees": guarantees,
             "hops": hops,
-            "findings": [finding_form(each) for each in self.findings],
+            "findings": [finding_json(each) for each in self.findings],
         }
 
 
@@ -308,7 +308,7 @@ def _fields(stated: list[tuple[str, Any]]) -> Json:
 
 @dataclass(frozen=True, slots=True)
 class GuaranteeCell:
-    """What a subscriber gets of one guarantee under one fault.
+    """One guarantee of a subscriber under one fault.
 
     Attributes:
         fault: of `cqos_core.packs.guarantee.FAULTS`, or ``link`` for ends that stay connected.
@@ -327,7 +327,7 @@ class GuaranteeCell:
 
 @dataclass(frozen=True, slots=True)
 class Guarantee:
-    """What a subscriber gets, in one of the words of `cqos_core.packs.guarantee`.
+    """One guarantee of a subscriber, in the words of `cqos_core.packs.guarantee`.
 
     Attributes:
         word: ``loss_free``.

@@ -1,4 +1,4 @@
-"""What a file states as text, and where: settings and their places."""
+"""Settings as text, with their places in files."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 
-class Constant:
-    """What never changes is its own copy."""
+class Immutable:
+    """Immutable; `deepcopy` returns the object itself."""
 
     __slots__ = ()
 
@@ -20,7 +20,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Place(Constant):
+class Place(Immutable):
     """Where something was stated.
 
     Attributes:
@@ -63,7 +63,7 @@ class Cases:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting(Constant):
+class Setting(Immutable):
     """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
 
     Attributes:
@@ -82,7 +82,7 @@ class Setting(Constant):
 
 Settings = dict[str, Setting]
 """Settings by the name they were written with; aliases are resolved later, by the pack."""
-Said = tuple[tuple[tuple[str, str, "str | Cases", bool], ...], tuple[tuple[str, str, "str | Cases"], ...]]
+SettingTexts = tuple[tuple[tuple[str, str, "str | Cases", bool], ...], tuple[tuple[str, str, "str | Cases"], ...]]
 """Names, texts and causes of settings, without their places."""
 
 

@@ -1,4 +1,4 @@
-"""What importers are given: the bytes of one file, and what they may ask of their caller; and what they are as functions."""
+"""Inputs of importers (the bytes of one file, functions of their caller) and the signatures of importers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class ForeignReader(Protocol):
     """Reads a source of any format that is installed, for a file that includes it."""
 
     def __call__(self, source: Source, protocols: frozenset[str]) -> System | None:
-        """Return what ``source`` states, None without an importer; ``protocols`` are those of the including file."""
+        """Return the system in ``source``, None without an importer; ``protocols`` are those of the including file."""
 
 
 def no_other_format(source: Source, protocols: frozenset[str]) -> None:
@@ -59,12 +59,12 @@ def no_other_format(source: Source, protocols: frozenset[str]) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Family:
+class SourceGroup:
     """Sources of one format that are read together, because its files `share names <ImporterInfo.shares_names>`.
 
     Attributes:
         sources: all of them.
-        known: what the reader remembers of each, by the name of the source, so that it is parsed once.
+        known: results of the reader, by the name of the source, so that each is parsed once.
     """
 
     sources: list[Source] = field(default_factory=list)
@@ -73,24 +73,24 @@ class Family:
 
 @dataclass(frozen=True, slots=True)
 class ReadContext:
-    """What a reader may use beside its source.
+    """Everything that a reader may use beside its source.
 
     Attributes:
         open: opens included files.
         read: reads included files of other formats.
         options: importer switches from the command line or configuration, by importer name and switch, for instance
             ``{"bpmn": {"message_flows": "true"}}``; under `VARIABLES` what variables in files stand for.
-        family: the sources of this format that are read together, this one among them.
+        group: the sources of this format that are read together, this one among them.
     """
 
     open: Opener = no_files
     read: ForeignReader = no_other_format
     options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    family: Family = field(default_factory=Family)
+    group: SourceGroup = field(default_factory=SourceGroup)
 
 
 class Replacement(NamedTuple):
-    """A part of a text by its first character and the one behind it, and what takes its place."""
+    """A part of a text, from its first character to the one behind it, and its replacement."""
 
     start: int
     end: int
@@ -101,14 +101,14 @@ class Inserter(Protocol):
     """Adds settings to something that a file states; the importer of the format brings it along."""
 
     def __call__(self, text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
-        """Return how to add settings, by name, to what stands at ``place``; None where there is no room for them."""
+        """Return the replacement that adds settings, by name, at ``place``; None if there is no room for them."""
 
 
 class Reader(Protocol):
     """Reads one source into a system; raises `InputError` with every problem where it cannot."""
 
     def __call__(self, source: Source, context: ReadContext) -> System:
-        """Return what ``source`` states."""
+        """Return the system in ``source``."""
 
 
 class Claim(Protocol):

@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Final
 
 from cqos_core.model.grouping import grouped
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 _LONGEST: Final = 60
 """Characters of the longest name that is compared: longer ones are no typing errors of a known name."""
@@ -51,7 +51,7 @@ def distance(one: str, other: str, most: int) -> int:
 
 
 def _differing(one: str, other: str) -> tuple[str, str]:
-    """Return what is left of both without their common beginning and end."""
+    """Return both without their common beginning and end."""
     shorter = min(len(one), len(other))
     start = 0
     while start < shorter and one[start] == other[start]:
@@ -87,7 +87,7 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
 
 _SHORTEST_START: Final = 3
 _TYPED_WRONG: Final = 2
-"""Letters that are a typing error; a name that begins with what was written is nearer than one of more wrong letters."""
+"""Wrong letters of a typing error; a name that begins with the written text is nearer than one with more wrong letters."""
 
 
 def same_start(word: str, known: Iterable[str]) -> str | None:
@@ -193,12 +193,12 @@ class TypedNames:
 
 
 def _sorted_letters(name: str) -> tuple[str, str]:
-    """Return what is no digit in alphabetical order, and the digits as they stand."""
+    """Return the letters in alphabetical order, and the digits in their order."""
     return "".join(sorted(letter for letter in name if not letter.isdigit())), "".join(filter(str.isdigit, name))
 
 
 _CROWD: Final = 8
-"""Names compared of those that become equal by leaving out one letter: where many do, none of them is a typing error."""
+"""The most names that are compared if they become equal without one letter: among more, none is a typing error."""
 _SHORTEST_WORD: Final = 4
 _LONG_WORD: Final = 8
 _WORD: Final = regular_expression(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
@@ -216,7 +216,7 @@ def stubs_of(name: str) -> set[str]:
 
 
 def _mistyped(one: str, other: str) -> int:
-    """How many letters are wrong, where that is a typing error; else 0."""
+    """Return the number of wrong letters of a typing error; 0 if it is none."""
     if _WORD.sub("*", one) != _WORD.sub("*", other):
         return 0
     words = [pair for pair in zip(_WORD.findall(one), _WORD.findall(other), strict=True) if pair[0] != pair[1]]

@@ -38,10 +38,10 @@ class Style:
         sources: source name to its bytes, for excerpts and exact columns.
         folder: absolute; paths below it are written relative to it in formats that need relative ones.
         documentation: URL of the documentation, for formats that link to rules; empty without one.
-        replaced: returns what edits replace in the texts of `sources`, by name: from where to where, and the new text; nothing
+        replaced: returns the replacements of edits in the texts of `sources`, by name: start, end, and the new text; nothing
             where they cannot be applied. For formats that carry fixes.
         tool_version: of C-QoS, for formats that name their tool.
-        checked: returns what a report is of: its `System`, the `Context` of the check and the runs on middleware; None if it is not known.
+        checked: returns the `System` of a report, the `CheckContext` and the runs on middleware; None if they are unknown.
     """
 
     show: Severity = Severity.WARNING

@@ -1,6 +1,6 @@
-"""What importers produce: systems of participants, endpoints, topics and bridges, settings still as text.
+"""Systems of participants, endpoints, topics and bridges, as importers make them; settings are still text.
 
-Everything here is a plain value. Importers fill it, `resolve` reads it, no other part changes it. Every stated thing keeps its
+Everything here is a plain value. Importers fill it, `Resolver` reads it, no other part changes it. Every stated thing keeps its
 `Place`, so that a finding can point at the line.
 """
 
@@ -10,12 +10,12 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.settings import Constant, Place, Said, Setting, Settings
+from cqos_core.model.settings import Immutable, Place, Setting, Settings, SettingTexts
 from cqos_core.model.wildcards import fits
 
 if TYPE_CHECKING:
+    from cqos_core.model.chains import Chain, StatedLink
     from cqos_core.model.flow import ControlFlow
-    from cqos_core.model.timing import Chain, StatedLink
 
 __all__ = [
     "EVERYBODY",
@@ -52,8 +52,8 @@ MESSAGE: Final = "message"
 
 
 @dataclass(frozen=True, slots=True)
-class Room(Constant):
-    """Where a file has room for further settings; the inserter of its format knows how to add them.
+class Room(Immutable):
+    """A place in a file where further settings can be added by the inserter of its format.
 
     Attributes:
         place: what the inserter is given.
@@ -71,8 +71,8 @@ class Room(Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class Scope(Constant):
-    """Which endpoints take a profile where it is named, and what of it.
+class Scope(Immutable):
+    """The endpoints that take a named profile, and the part that they take.
 
     Attributes:
         role: endpoints of this role only; None: of both.
@@ -106,8 +106,8 @@ EVERYBODY: Final = Scope()
 
 
 @dataclass(frozen=True, slots=True)
-class ProfileRef(Constant):
-    """A profile or preset used by name, where it was named, and who takes it there."""
+class ProfileRef(Immutable):
+    """A reference to a profile or preset by name, with its place and scope."""
 
     name: str
     place: Place | None = None
@@ -132,7 +132,7 @@ class Profile:
 
 @dataclass(slots=True)
 class Topic:
-    """What is stated about a topic as such.
+    """Facts that a file states about a topic.
 
     Attributes:
         name: as written.
@@ -171,7 +171,7 @@ class Endpoint:
         settings: explicit settings.
         profiles: profiles and presets used, base first; explicit settings win over all of them.
         overlay: settings laid over everything else, stated beside the endpoint; see also `Overlay`.
-        needs: what the application requires, in the words of DESIGN 8.
+        needs: the requirements of the application, in the words of `cqos_core.packs.guarantee`.
         type: data type name as written, or None when unstated.
         kind: ``message``, or what a pack derives topics from: ``service_server``, ``action_client``, …
         dialect: which of the pack's dialects reads the settings: ``yaml``, ``bpmn``, …
@@ -208,8 +208,8 @@ class Endpoint:
     place: Place | None = None
     room: Room | None = None
 
-    def said(self) -> Said:
-        """Return what its settings and its overlay say, wherever that stands; equal for endpoints that state the same."""
+    def setting_texts(self) -> SettingTexts:
+        """Return its settings and its overlay without places; equal for endpoints that state the same."""
         return (
             tuple([(name, each.text, each.unknown, each.derived) for name, each in self.settings.items()]),
             tuple([(name, each.text, each.unknown) for name, each in self.overlay.items()]),
@@ -225,7 +225,7 @@ class Overlay:
         settings: what it sets.
         role: which endpoints it covers; None for both.
         topic: shell pattern over the resolved topic name.
-        participant: pattern over the participant's address or id, as the pack reads it (see `cqos_core.packs.pack.Meeting`).
+        participant: pattern over the participant's address or id, as the pack reads it (see `cqos_core.packs.TopicMatching`).
         entity: id of the one endpoint among several of its kind that it covers; None: all of them.
         protocol: pack id.
         when: option and value under which it holds, for instance ``("rmw", "fastdds")``; None: always.
@@ -251,7 +251,7 @@ class Overlay:
 
 @dataclass(slots=True)
 class Participant:
-    """Who takes part: ROS node, DDS participant, MQTT client, BPMN pool.
+    """A ROS node, DDS participant, MQTT client or BPMN pool.
 
     Attributes:
         id: unique in the system.
@@ -298,7 +298,7 @@ class Broker:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """One way over a bridge: what it subscribes to, and what it publishes that as.
+    """One route of a bridge: a subscription, and the publication that it becomes.
 
     Both ends are endpoints of participants of the system, whose ids may be empty. Where the topic of ``source`` has a
     ``*``, there is such a way for every topic that matches, and the ``*`` in the topic of ``target`` stands for the same.
@@ -335,7 +335,7 @@ class Bridge:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """What a team rule demands of one policy: ``exactly``, ``at_least``, ``at_most``, ``one_of`` or ``not``."""
+    """A demand of a team rule on one policy: ``exactly``, ``at_least``, ``at_most``, ``one_of`` or ``not``."""
 
     policy: str
     relation: Literal["exactly", "at_least", "at_most", "one_of", "not"]
@@ -377,8 +377,8 @@ class Part:
     """A part of an input that was recognised and not read, although it may decide a verdict.
 
     Attributes:
-        kind: what it is, as a noun: ``node``, ``include``, ``section``.
-        name: which one, or what is said of it.
+        kind: a noun: ``node``, ``include``, ``section``.
+        name: its name, or a description.
         cause: why it was not read.
         place: where it stands.
         endpoints: how many endpoints it has at least that are not in the system; 0 where it decides about those that are.
@@ -393,7 +393,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class ImportNote:
-    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap.
+    """A remark of an importer that is no reason to stop: a skipped part, a guess, a trap.
 
     Attributes:
         parts: those of the input that it says are not read although they may decide. A note needs none whose code is about such a

@@ -6,7 +6,7 @@ __all__ = ["fits"]
 
 
 def fits(name: str, pattern: str) -> bool:
-    """Say whether a name fits a pattern, exactly as `fnmatch.fnmatchcase` does."""
+    """Return whether a name matches a pattern, exactly as `fnmatch.fnmatchcase` does."""
     if "?" in pattern or "[" in pattern:
         from fnmatch import fnmatchcase
 

@@ -1,4 +1,4 @@
-"""Rule packs: what one is made of, and everything that its author imports.
+"""The public interface for authors of rule packs.
 
 `from cqos_core.packs import Policy, RulePack, offered, requested, requires` is enough to write a pack; its case files run
 by `cqos_core.testing`.
@@ -35,11 +35,11 @@ from cqos_core.language.expression import (
     topic,
     total,
 )
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Policy, by_option
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
-from cqos_core.packs.contents import PackContents
+from cqos_core.packs.completion import Completion, Folding, KnownEntity
 from cqos_core.packs.costs import Costs, Framing, MessageFraming, Store
 from cqos_core.packs.guarantee import (
     LINK,
@@ -54,11 +54,14 @@ from cqos_core.packs.guarantee import (
     Unaffected,
     gives,
 )
-from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Folding, Known, Preset, Slip, Timing
+from cqos_core.packs.pack_definition import Derivation, PackDefinition
+from cqos_core.packs.presets import CommonMistake, Convention, Dialect, Preset
+from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
+from cqos_core.packs.timing import Timing
+from cqos_core.packs.topic_matching import NameContext, NameProblem, Naming, TopicMatching
+from cqos_core.packs.wire import Wire
 
 Sentence = Condition  # former names
 as_sentence = as_condition
@@ -77,6 +80,7 @@ __all__ = [
     "Anything",
     "ByOption",
     "Choice",
+    "CommonMistake",
     "Completion",
     "Condition",
     "Convention",
@@ -91,10 +95,9 @@ __all__ = [
     "Framing",
     "FromPeers",
     "Function",
-    "Known",
+    "KnownEntity",
     "Literal",
     "Meaning",
-    "Meeting",
     "MessageFraming",
     "NameContext",
     "NameProblem",
@@ -102,7 +105,7 @@ __all__ = [
     "Naming",
     "OneOf",
     "Operand",
-    "PackContents",
+    "PackDefinition",
     "Panel",
     "PerRole",
     "Plain",
@@ -112,11 +115,11 @@ __all__ = [
     "Rule",
     "RulePack",
     "Sentence",
-    "Slip",
     "Store",
     "Term",
     "Text",
     "Timing",
+    "TopicMatching",
     "Unaffected",
     "Value",
     "Wire",

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.expression import in_, option
 from cqos_core.language.policy import BOTH, ENDPOINT, Policy
 from cqos_core.language.vocabulary import Vocabulary, role_of, scope_of
@@ -16,7 +16,7 @@ from cqos_core.packs.rule import SEVERITIES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.packs.rule import Rule, SeverityName
 
 
@@ -72,7 +72,7 @@ class BoundRule:
     def by_severity(self) -> Iterator[BoundRule]:
         """Yield the rule once for each severity, limited to the values of the option that give it.
 
-        What is forbidden of pairs as an error comes as required not to be: a pair for which it cannot be decided is unknown.
+        A rule that forbids something of pairs as an error becomes a rule that requires the opposite: an undecided pair is unknown.
         """
         if isinstance(self.rule.severity, str):
             yield self._opposite() if self.breaks_pairs else self

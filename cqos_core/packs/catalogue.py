@@ -7,7 +7,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.expression import definitions, unfolded
-from cqos_core.packs.panel import Panel, headings, shown
+from cqos_core.packs.property_panel import Panel, describe_panel, headings
 
 if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
@@ -27,7 +27,7 @@ def describe_pack(pack: RulePack) -> dict[str, Any]:
         "title": pack.title,
         "summary": pack.summary,
         "source": pack.source,
-        "meeting": pack.meeting.described,
+        "meeting": pack.topic_matching.described,
         "policies": [describe_policy(policy, pack.panel) for policy in pack.policies],
         "groups": headings(pack.panel, pack.policies),
         "presets": {name: dict(preset.settings) for name, preset in pack.presets.items()},
@@ -63,7 +63,7 @@ def describe_policy(policy: Policy, panel: Panel = _NO_PANEL) -> dict[str, Any]:
         "derived": policy.derived,
         "doc": policy.doc,
         "clause": policy.clause,
-        **shown(panel, policy),
+        **describe_panel(panel, policy),
     }
 
 
@@ -95,7 +95,7 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
 
 
 def describe_code(info: CodeInfo) -> dict[str, Any]:
-    """Describe for machines what is reported under a code."""
+    """Describe a code for machines."""
     return {
         "code": info.code,
         "name": info.name,
@@ -147,7 +147,7 @@ def rule_table(bound: BoundRule) -> list[dict[str, str]]:
 
 
 def assumed_options(bound: BoundRule) -> list[tuple[Use, Plain]]:
-    """Options that a rule reads, with the defaults they have."""
+    """Return the options that a rule reads, with their defaults."""
     policies = bound.bound.vocabulary.policies
     return [
         (use, policies[use.index].domain.parse(default))

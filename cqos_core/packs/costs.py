@@ -1,4 +1,4 @@
-"""What samples of a protocol cost: the bytes that an implementation puts around them, and how many an endpoint keeps."""
+"""Costs of samples: the bytes that an implementation puts around them, and the number that an endpoint keeps."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Framing:
-    """How one implementation sends a sample; all sizes in bytes.
+    """The framing of a sample by one implementation; all sizes in bytes.
 
     Attributes:
         value: of `RulePack.implementation_option`: ``cyclonedds``.
         packet: headers of each packet, those of IP and transport with them.
-        sample: what comes once with every sample.
-        whole: what comes with a sample that one packet carries.
-        fragment: what comes with each packet of a sample that needs several.
+        sample: sent once with every sample.
+        whole: sent with a sample that one packet carries.
+        fragment: sent with each packet of a sample that needs several.
         undivided: the most bytes of sample and `encapsulation` that are sent in one packet.
         part: the most of them in each packet where they need several.
         encapsulation: the part of `sample` that is divided with it.
@@ -30,7 +30,7 @@ class Framing:
         last, other: with the last packet of a sample, and with each other one.
         source: where the figures come from.
         evenly: the packets of a sample are of about one size; else all but the last one are full.
-        answer: what a reader sends back for a sample that is confirmed.
+        answer: sent back by a reader for a confirmed sample.
         answers: at most so many answers of a reader to a writer in a second.
     """
 
@@ -66,13 +66,13 @@ class Framing:
 
 @dataclass(frozen=True, slots=True)
 class MessageFraming:
-    """How a sample travels as one message over TCP, from one end of a connection to the other; all sizes in bytes.
+    """The framing of a sample as one message over TCP; all sizes in bytes.
 
     A message has a fixed header, a length of seven bits a byte, the name of the topic, fields, and the sample.
 
     Attributes:
         fixed: the fixed header without the length.
-        named: what comes with the name of the topic.
+        named: sent with the name of the topic.
         fields: further parts of the message, each with when it is there: over the values of publisher and subscriber.
         further: further messages of the sender with each sample, likewise.
         source: where the figures come from.
@@ -100,7 +100,7 @@ class MessageFraming:
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """How many samples an endpoint keeps at most.
+    """The most samples that an endpoint keeps.
 
     Attributes:
         when: over the values of the endpoint, written as those of a publisher.
@@ -115,7 +115,7 @@ class Store:
 
 @dataclass(frozen=True, slots=True)
 class Costs:
-    """What samples of a protocol cost.
+    """Costs of the samples of a protocol.
 
     Attributes:
         keyed: the fact of a topic that it has several instances; None: no topic has.

@@ -1,27 +1,31 @@
-"""What an exporter is given and what it returns."""
+"""Input and output of exporters."""
 
 from __future__ import annotations
 
 from dataclasses import field
 from typing import TYPE_CHECKING, Protocol
 
+from cqos_core.model.codes import find_code
 from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from cqos_core.model.code_info import CodeInfo
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.rule import Rule
 
 
 @dataclass(frozen=True, slots=True)
 class ExportContext:
-    """What a writer may use beside the system.
+    """Everything that a writer may use beside the system.
 
     Attributes:
         find_pack: returns the rule pack of an id, or None.
         default_protocol: judges endpoints for which the system states none.
         settings: of the exporter, by name; each has a value that the exporter allows.
+        find_rule: returns the rule of a code, or what is known of the code of a note; None if no pack and not the core has it.
         changed: ids of endpoints and policies that fixes changed; the system has the changes already. An exporter of
             settings writes nothing else then. None: it writes everything.
     """
@@ -30,6 +34,7 @@ class ExportContext:
     default_protocol: str | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
     changed: frozenset[tuple[str, str]] | None = None
+    find_rule: Callable[[str], Rule | CodeInfo | None] = find_code
 
     def wants(self, endpoint_id: str, policy: str | None = None) -> bool:
         """Return whether to write an endpoint, or one policy of it."""
@@ -40,7 +45,7 @@ class ExportContext:
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """What a writer wrote.
+    """The output of a writer.
 
     Attributes:
         text: the whole file.

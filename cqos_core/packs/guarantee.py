@@ -25,11 +25,11 @@ from cqos_core.packs.rule import Rule
 Kind = Literal["holds", "at_least", "at_most"]
 Over = Literal["every hop", "sum", "last hop", "not over a bridge"]
 FAULTS: Final = ("link_outage", "subscriber_restart", "publisher_restart", "broker_stop", "broker_crash")
-"""What may happen to a pair; without any, a guarantee speaks of both ends while they are connected."""
+"""Faults of a pair. A guarantee without a fault is about ends that stay connected."""
 LINK: Final = "link"
-"""What a rule survives that speaks of connected ends only."""
+"""`Rule.survives` of a rule about connected ends only."""
 INTERMEDIARY: Final = "intermediary_restart"
-"""What stands between both ends is stopped or crashes, and comes back."""
+"""The broker between both ends stops or crashes, and comes back."""
 _SEVERAL: Final = {LINK: (), INTERMEDIARY: ("broker_stop", "broker_crash")}
 _AFTER: Final = {
     LINK: "",
@@ -39,14 +39,14 @@ _AFTER: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
-    """One word of the currency.
+class GuaranteeWord:
+    """One guarantee, such as ``loss_free``.
 
     Attributes:
         need: the policy under which a subscription asks for it.
         kind: it holds or not; or the number given must be at least, or at most, the one that is needed.
         over: how it comes about over several hops.
-        doc: what it says.
+        doc: its meaning.
     """
 
     need: Policy
@@ -70,7 +70,7 @@ class Word:
         return "every hop" if faulty and bound else self.over
 
     def enough(self, given: Operand) -> Condition:
-        """Say that the number that is given is enough for what is needed."""
+        """Return the condition that the given number is enough for the need."""
         asked = requested(self.need)
         return given <= asked if self.kind == "at_most" else given >= asked
 
@@ -90,7 +90,7 @@ class Word:
 _SOURCE: Final = "C-QoS, guarantees"
 
 
-def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> Word:
+def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> GuaranteeWord:
     nothing = {"holds": "false", "at_least": "0" if isinstance(domain, Count) else "0s", "at_most": "infinite"}[kind]
     words = {"true": "1", "false": "0"} if isinstance(domain, Count) else {}
     need = Policy(
@@ -105,7 +105,7 @@ def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> Word:
         words=words,
         stronger="lower" if kind == "at_most" else "higher",
     )
-    return Word(need, kind, over, doc)
+    return GuaranteeWord(need, kind, over, doc)
 
 
 _LISTED: Final = (
@@ -208,12 +208,12 @@ TAKEN_EVERY: Final = Policy(
     roles=("subscriber",),
 )
 NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, RESTARTS_IN, OUTAGE)
-"""What a pack that gives guarantees adds to its policies; packs with rules over `TAKEN_EVERY`, `REPAIR_TIME` or `REDISCOVERY_TIME` add these."""
+"""The policies that a pack with guarantees adds to its own; packs with rules over `TAKEN_EVERY`, `REPAIR_TIME` or `REDISCOVERY_TIME` add these."""
 
 
 @dataclass(frozen=True, slots=True)
 class Unaffected:
-    """A guarantee that faults leave as it is, because of a clause; where a rule speaks of a fault, none is needed.
+    """A guarantee that faults leave as it is, because of a clause; with a rule about the fault, none is needed.
 
     Attributes:
         guarantee: the word.
@@ -230,7 +230,7 @@ class Unaffected:
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """One cell of guarantees and faults that was seen on a running implementation.
+    """A guarantee under a fault that was observed on a running implementation.
 
     Attributes:
         guarantee: the word.
@@ -256,7 +256,7 @@ def gives(
     doubt: bool = False,
     **metadata: Any,
 ) -> Rule:
-    """Make a rule that says on what a guarantee rests; it speaks only of subscribers that need it.
+    """Make a rule that a guarantee depends on; it reports only on subscribers that need the guarantee.
 
     Args:
         word: of `WORDS`. Several rules of one word must all hold.
@@ -300,7 +300,7 @@ def gives(
 
 
 def _befalls(fault: str) -> Condition:
-    """Say that what must be survived brings a fault about at this pair."""
+    """Return the condition that a fault which must be survived causes this one at a pair."""
     side = {"publisher_restart": offered, "subscriber_restart": requested}.get(fault)
     survives = requested(SURVIVES)
     return in_(Constant(fault), survives) if side is None else overlaps(side(RESTARTS_IN), survives)
@@ -313,7 +313,7 @@ def befalling(fault: str, publisher: Collection[str], subscriber: Collection[str
 
 
 NOT_STATED: Final = "CQ218"
-"""Code of what `unstated` makes."""
+"""Code of the rules that `unstated` makes."""
 
 
 def unstated(rules: Iterable[Rule], unaffected: Iterable[Unaffected]) -> Iterator[Rule]:

@@ -1,4 +1,4 @@
-"""Finds in the output of programs the lines that speak of endpoints which do not fit; packs know how these are worded."""
+"""Finds lines about incompatible endpoints in the output of programs; packs know their wording."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, BinaryIO, Final, cast
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.settings import Place
 
 if TYPE_CHECKING:
     from cqos_core.model.system import Role
 
 _LONGEST: Final = 64 * 1024
-"""Of a longer line only the beginning is looked at: no program writes its messages so far to the right."""
+"""Characters of a line that are read: no program writes its messages so far to the right."""
 _ESCAPES: Final = regular_expression(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-Z\\^_])")
 
 
 @dataclass(frozen=True, slots=True)
-class Misfit:
-    """What one line of output says: a participant discovered an endpoint that does not fit to one of its own.
+class LogMismatch:
+    """A line of output by which a participant discovered an endpoint that is incompatible with its own.
 
     Attributes:
         protocol: id of the pack that read the line.
         role: of the participant's own endpoint; the discovered one has the other role.
         topic: as it is printed, None where the line names none.
-        participant: who wrote the line, as its protocol addresses it; None where the line does not tell.
+        participant: the writer of the line, as its protocol addresses it; None where the line does not tell.
         named: the policy that the line names, as it is printed.
         policies: the policies of the pack that may be meant; empty for an unknown name.
     """
@@ -42,8 +42,8 @@ class Misfit:
 
 
 @dataclass(frozen=True, slots=True)
-class About:
-    """The topic that the next lines of a list are about: that of each `Misfit` whose topic is `SAME`."""
+class ListTopic:
+    """The topic that the next lines of a list are about: that of each `LogMismatch` whose topic is `SAME`."""
 
     topic: str
 
@@ -53,34 +53,34 @@ SAME: Final = ""
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """What one or more lines say alike: how many there are, and where the first one is."""
+    """Equal mismatches in one or more lines: their number, and the place of the first line."""
 
-    misfit: Misfit
+    misfit: LogMismatch
     count: int
     place: Place
 
 
-def misfits(
-    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[Misfit | About]]]
+def read_mismatches(
+    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[LogMismatch | ListTopic]]]
 ) -> tuple[list[Occurrence], int]:
-    """Read the output of programs; return what it says of endpoints that do not fit, and how many lines it has.
+    """Read the output of programs; return the mismatches of endpoints, and the number of lines.
 
     Args:
         name: of the source, for places.
-        stream: any bytes; what is no text is read over.
+        stream: any bytes; bytes that are no text are skipped.
         readers: of the installed packs.
 
     Raises:
         OSError: the stream cannot be read on.
     """
-    found: dict[Misfit, Occurrence] = {}
+    found: dict[LogMismatch, Occurrence] = {}
     number = 0
     about: list[str | None] = [None] * len(readers)
     for number, line in enumerate(_lines(stream), 1):
         text = _ESCAPES.sub("", line)
         said = ((which, each) for which, read in enumerate(readers) for each in read(text))
         for which, one in said:
-            if isinstance(one, About):
+            if isinstance(one, ListTopic):
                 about[which] = one.topic
                 continue
             each = replace(one, topic=about[which]) if one.topic == SAME else one

@@ -1,4 +1,4 @@
-"""Rule packs: what an author states of one protocol, and what follows from it, as one value."""
+"""Rule packs: the definition of a protocol by an author, and everything derived from it."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.expression import Term, Test, definitions
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
 from cqos_core.language.values import normalise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.packs.bound_rule import BoundRule, bind_rule
-from cqos_core.packs.contents import PackContents
 from cqos_core.packs.guarantee import WORDS, unstated
+from cqos_core.packs.pack_definition import PackDefinition
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.system import Broker
-    from cqos_core.packs.parts import Derivation
+    from cqos_core.packs.pack_definition import Derivation
     from cqos_core.packs.rule import Rule
 
 
 @dataclass(frozen=True, eq=False)
-class RulePack(PackContents):
-    """Everything C-QoS knows about one protocol: what its author states, which `PackContents` lists, and what follows from that."""
+class RulePack(PackDefinition):
+    """Everything that C-QoS knows about one protocol: a `PackDefinition`, and values derived from it."""
 
     def __post_init__(self) -> None:
         """Bind every rule and read every default, so that a mistake shows when the pack is loaded, unless it is `validated`.
@@ -80,22 +80,22 @@ class RulePack(PackContents):
 
     @cached_property
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
-        """Rules by scope; meeting conditions under ``meets``. Guarantees come last: they are of pairs that fit."""
+        """Rules by scope; matching conditions under ``meets``. Guarantees come last: only compatible pairs have them."""
         ordered = sorted(self.judging_rules, key=lambda bound: bool(bound.rule.guarantee))
         found = grouped(("meets" if bound.rule.kind == "meets" else bound.scope, bound) for bound in ordered)
         return {"meets": (), **{scope: tuple(rules) for scope, rules in found.items()}}
 
     @cached_property
-    def beyond_topics(self) -> tuple[BoundRule, ...]:
+    def participant_rules(self) -> tuple[BoundRule, ...]:
         """The rules over participants, brokers and options, which no single topic can answer."""
         return tuple(bound for scope in ("participant", "broker", "system") for bound in self.by_scope.get(scope, ()))
 
     @cached_property
     def one_way(self) -> tuple[tuple[int, Plain], ...]:
-        """`Meeting.one_way` as values by index."""
+        """`TopicMatching.one_way` as values by index."""
         return tuple(
             (self.vocabulary.indices[ENDPOINT, name], self.policy(name).domain.parse(text))
-            for name, text in self.meeting.one_way.items()
+            for name, text in self.topic_matching.one_way.items()
         )
 
     @cached_property
@@ -133,7 +133,7 @@ class RulePack(PackContents):
 
     @cached_property
     def definitions(self) -> Mapping[str, Node]:
-        """The definitions that its conditions use, by name: what `cqos_core.language.expression.parse` reads them with."""
+        """The definitions that its conditions use, by name, as `cqos_core.language.expression.parse` takes them."""
         return definitions(*(bound.rule.condition for bound in self.bound_rules))
 
     def policy(self, name: str, level: str = ENDPOINT) -> Policy:
@@ -152,7 +152,7 @@ class RulePack(PackContents):
         return self._rules.get(code_or_name.lower())
 
     def code(self, code_or_name: str) -> CodeInfo | None:
-        """Return what an importer of the pack reports under that code, name or alias, or None."""
+        """Return the importers' code with that code, name or alias, or None."""
         return self._codes.get(code_or_name.lower())
 
     @cached_property

@@ -21,12 +21,12 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from cqos_core.importers.reading import Reading, described, did_you_mean, listed
+from cqos_core.importers.source_reading import SourceReading, described, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.expression import define
-from cqos_core.language.parsing import parse, parse_value
+from cqos_core.language.parser import parse, parse_value
 from cqos_core.language.policy import ByOption, PerRole, Policy, Stronger
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
@@ -35,9 +35,10 @@ from cqos_core.model.settings import Place
 from cqos_core.model.spelling import nearest
 from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.panel import Panel
-from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
+from cqos_core.packs.presets import Convention, Dialect, Preset
+from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.rule import Rule, forbids, matched_if, requires
+from cqos_core.packs.timing import Timing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -174,7 +175,7 @@ def _keys_of(record: Any, **forms: Any) -> dict[str, Any]:
 
 
 class _PolicyKind(_Model):
-    """What a policy file says of the kind of its values; ``kind`` says which of the other keys apply."""
+    """The keys of a policy about its kind of value; ``kind`` decides which of the other keys apply."""
 
     kind: Literal["choice", "duration", "count", "flag", "names", "text"]
     values: Many = ()
@@ -282,7 +283,7 @@ PackModel.model_rebuild()
 def read_pack(source: Source) -> RulePack:
     """Read a rule pack file; raise `InputError` with every problem and its line where it is none."""
     problems: list[Problem] = []
-    reading = Reading(source, problems, [])
+    reading = SourceReading(source, problems, [])
     documents = read_tree(reading).documents
     if problems or len(documents) != 1:
         raise InputError(problems or [Problem("CQ009", "a rule pack file holds one document", Place(source.name))])
@@ -330,11 +331,11 @@ _EXPECTED: Final = {
     **dict.fromkeys(("too_long", "too_short"), "a map with one entry"),
     "string_pattern_mismatch": "lower-case letters, digits and `_` after a letter",
 }
-"""What pydantic misses, by its type of error."""
+"""The expected values, by pydantic's type of error."""
 
 
-def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[Problem]:
-    """Yield what pydantic found, in the words of all other files."""
+def _mistakes(errors: Sequence[Any], root: Node, reading: SourceReading) -> Iterator[Problem]:
+    """Yield the errors of pydantic as problems in the words of other files."""
     unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
     for error in errors:
         *above, last = error["loc"] or [""]
@@ -347,7 +348,7 @@ def _called(location: Sequence[int | str]) -> str:
     return f"`{'.'.join(str(part) for part in location)}`" if location else "a rule pack"
 
 
-def _mistake(error: Any, root: Node, reading: Reading) -> Problem:
+def _mistake(error: Any, root: Node, reading: SourceReading) -> Problem:
     kind, context = error["type"], error.get("ctx", {})
     location = [part for part in error["loc"] if not str(part).startswith(_FORM)]
     if location[-1:] == [_KEY]:
@@ -369,10 +370,10 @@ def _mistake(error: Any, root: Node, reading: Reading) -> Problem:
 
 
 _KEY: Final = "[key]"
-"""What pydantic puts behind a key that is none of those that there may be."""
+"""The suffix of pydantic for an unknown key."""
 
 
-def _unknown_key(location: Sequence[int | str], known: Sequence[str], root: Node, reading: Reading) -> Problem:
+def _unknown_key(location: Sequence[int | str], known: Sequence[str], root: Node, reading: SourceReading) -> Problem:
     parent = _at(location[:-1], root)
     key = parent.entries[str(location[-1])][0] if isinstance(parent, MappingNode) else parent
     message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
@@ -398,7 +399,7 @@ def _keys_at(location: Sequence[int | str]) -> tuple[str, ...]:
     return tuple(models[str(within)].model_fields)
 
 
-def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
+def _build(model: PackModel, root: Node, reading: SourceReading) -> RulePack:
     problems: list[Problem] = []
     rules = []
     defined: dict[str, Part] = {}
@@ -438,7 +439,7 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
 
 
 def _steps(at: tuple[str, ...], codes: list[str]) -> tuple[int | str, ...]:
-    """Where a mistake stands in the file: its rules are a list, from which the last of a code is meant."""
+    """Return the path of a mistake in the file: rules are a list, and the last rule of a code is meant."""
     if at[:1] == ("rules",) and at[1] in codes:
         return ("rules", len(codes) - 1 - codes[::-1].index(at[1]), *(_CONDITION if at[2:] else ()))
     return at

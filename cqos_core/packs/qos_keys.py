@@ -1,4 +1,4 @@
-"""Keys of foreign files that look like QoS: what an importer warns of where it does not use them."""
+"""Recognises keys that look like QoS, so that an importer can warn of keys that it does not use."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import PackError
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition
@@ -27,26 +27,25 @@ class Rule:
 
     Attributes:
         condition: what is required or forbidden; the rule's scope follows from its terms.
-        kind: ``requires`` speaks when the condition is false, and is unknown when the condition is; ``forbids`` speaks only when it
-            is definitely true, but as an error over pairs it is unknown too; ``meets`` is a condition for two endpoints to form a
-            pair at all.
+        kind: ``requires`` reports when the condition is false, and is unknown when the condition is; ``forbids`` reports only when
+            it is certainly true, but as an error over pairs it is unknown too; ``meets`` is a condition for two endpoints to match.
         code: permanent, pack prefix and three digits.
         name: the bad pattern in kebab case, so that "allow *name*" reads well.
         because: why it matters, a clause that can follow a colon; without a final stop.
         clause: where the standard (or the source of the practice) says so.
-        severity: when it speaks; an unknown ``requires`` is at most a warning. Where it depends on an option,
+        severity: of its findings; an unknown ``requires`` is at most a warning. Where it depends on an option,
             ``by_option("strictness", lax="note", strict="error")``: for values not listed the rule is not checked.
         says: the headline, with ``{publisher}``, ``{subscriber}``, ``{endpoint}``, ``{topic}`` and policy names (``{durability}``,
             ``{offered depth}``) replaced; empty: derived from the values and ``because``.
         role: limits an endpoint rule to ``publisher`` or ``subscriber``; empty: as the terms say.
         doubt: a false ``requires`` makes the pair unknown rather than incompatible.
         creation: about creating an endpoint, so not asked of observed ones.
-        always: a ``meets`` rule that speaks of every pair it keeps apart, not only where an endpoint is left alone.
+        always: a ``meets`` rule that reports every pair that it keeps from matching, not only endpoints without partner.
         fixes: policies offered as remedies, ``requested depth`` where only the subscriber's is; empty: every endpoint policy
             of the condition.
-        help: what to do where no remedy can be computed.
+        help: advice if no fix can be computed.
         aliases: former codes and names.
-        guarantee: the word whose guarantee rests on it (`cqos_core.packs.guarantee`); it then speaks of pairs that fit, and only
+        guarantee: the word whose guarantee rests on it (`cqos_core.packs.guarantee`); it then reports on compatible pairs, and only
             where that is needed.
         survives: the fault that the guarantee then survives, in a word of `cqos_core.packs.guarantee.faults_of`.
     """
@@ -87,10 +86,10 @@ class Rule:
 
 
 requires: Final = partial(Rule, kind="requires")
-"""Makes a rule that speaks when its condition is false; see `Rule` for the parts."""
+"""Makes a rule that reports when its condition is false; see `Rule` for the parts."""
 
 forbids: Final = partial(Rule, kind="forbids", severity="warning")
-"""Makes a rule that speaks when its condition is certainly true; see `Rule` for the parts."""
+"""Makes a rule that reports when its condition is certainly true; see `Rule` for the parts."""
 
 matched_if: Final = partial(Rule, kind="meets", severity="warning")
 """Makes a condition for matching: where it is false two endpoints on one topic form no pair."""

@@ -1,4 +1,4 @@
-"""What there is to say about a rule or code, derived from it: for the docs, for ``cqos rule``, as Markdown and as text."""
+"""Pages about rules and codes, derived from them: Markdown for the docs, text for ``cqos rule``."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import textwrap
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.expression import definitions
-from cqos_core.language.solve import may_change
+from cqos_core.language.solutions import may_change
 from cqos_core.model.codes import CODES, CodeInfo, find_code
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.remarks import listed
+from cqos_core.model.suggestions import listed
 from cqos_core.packs.catalogue import assumed_options, rule_table
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Page:
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One case of a rule's case file: what it shows, and its settings as YAML."""
+    """One case of a rule's case file, with its settings as YAML."""
 
     name: str
     text: str
@@ -246,7 +246,7 @@ def code_page(info: CodeInfo, pack: RulePack | None = None) -> Page:
 
 @dataclass(frozen=True, slots=True)
 class Reported:
-    """Something that is reported without a rule, by the core or by the importers that come with ``pack``."""
+    """A code of the core, or of the importers that come with ``pack``."""
 
     info: CodeInfo
     pack: RulePack | None = None

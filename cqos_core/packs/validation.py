@@ -12,10 +12,10 @@ from cqos_core.language.expression import CONDITION_FUNCTIONS, SCOPES, VALUE_FUN
 from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, TOPIC, UNMATCHED, YES, ByOption, parts_of
 from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
 from cqos_core.model.problems import ConditionError, InvalidValueError, PackError
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.bound_rule import bind_rule
-from cqos_core.packs.panel import values_of
+from cqos_core.packs.property_panel import values_of
 from cqos_core.packs.rule import SEVERITIES
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from cqos_core.language.vocabulary import Vocabulary
     from cqos_core.model.codes import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
-    from cqos_core.packs.contents import PackContents
-    from cqos_core.packs.parts import Dialect, Preset
+    from cqos_core.packs.pack_definition import PackDefinition
+    from cqos_core.packs.presets import Dialect, Preset
     from cqos_core.packs.rule import Rule
 
 
@@ -38,7 +38,7 @@ class Mistake(NamedTuple):
     message: str
 
 
-def validate(pack: PackContents) -> None:
+def validate(pack: PackDefinition) -> None:
     """Bind every rule and read every default.
 
     Raises:
@@ -67,7 +67,7 @@ def _mistakes_of(rule: Rule, vocabulary: Vocabulary) -> Iterator[Mistake]:
         yield from (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
 
 
-def mistakes(pack: PackContents) -> Iterator[Mistake]:
+def mistakes(pack: PackDefinition) -> Iterator[Mistake]:
     """Yield everything that is wrong with a pack beside its conditions."""
     yield from _names(pack)
     if pack.base_preset is not None and pack.base_preset not in pack.presets:
@@ -76,7 +76,7 @@ def mistakes(pack: PackContents) -> Iterator[Mistake]:
         yield from (Mistake(at, f"{what}: {message}") for message in messages)
 
 
-def _parts(pack: PackContents) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]]]:
+def _parts(pack: PackDefinition) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]]]:
     """Yield where each part stands, what it is, and what is wrong with it."""
     for policy in pack.policies:
         at, what = ("policies", policy.name), f"policy `{policy.name}`"
@@ -96,7 +96,7 @@ def _parts(pack: PackContents) -> Iterator[tuple[tuple[str, ...], str, Iterator[
         yield (), f"variant of {option} {value}", _option_value(pack, option, value)
 
 
-def _timing(pack: PackContents) -> Iterator[str]:
+def _timing(pack: PackDefinition) -> Iterator[str]:
     known = {policy.name: policy for policy in pack.policies}
     for part in (each for each in fields(pack.timing) if each.default is not None):
         stated = getattr(pack.timing, part.name)
@@ -118,7 +118,7 @@ _TIMES: Final = {
 
 
 def _says_time(part: str, policy: Policy) -> bool:
-    """Whether a policy is of the kind and level that a part of `Timing` compares."""
+    """Return whether a policy has the kind and level that a part of `Timing` needs."""
     needed = _TIMES.get(part, "")
     kinds = (Duration,) if "duration" in needed else (Count,) if "count" in needed else ()
     fits = not kinds or isinstance(policy.domain, kinds)
@@ -188,7 +188,7 @@ KEPT: Final = {
 _NAME: Final = regular_expression(r"[a-z_][a-z0-9_]*(\.[a-z_][a-z0-9_]*)*")
 
 
-def _names(pack: PackContents) -> Iterator[Mistake]:
+def _names(pack: PackDefinition) -> Iterator[Mistake]:
     """Yield names that stand for two things."""
     named: tuple[Rule | CodeInfo, ...] = (*pack.rules, *pack.codes)
     codes = [(spelling, rule.code) for rule in named for spelling in (rule.code, rule.name, *rule.aliases)]
@@ -211,7 +211,7 @@ def _names(pack: PackContents) -> Iterator[Mistake]:
 
 
 def _taken(named: Iterable[tuple[str, str]], alike: Callable[[str], str] = str) -> Iterator[tuple[str, str, str]]:
-    """Yield each spelling that something had before, with what has it now and what had it first."""
+    """Yield each spelling that two things have, with its second and its first owner."""
     first: dict[str, str] = {}
     for spelling, name in named:
         if alike(spelling) in first:
@@ -219,8 +219,8 @@ def _taken(named: Iterable[tuple[str, str]], alike: Callable[[str], str] = str) 
         first.setdefault(alike(spelling), name)
 
 
-def _definitions(pack: PackContents) -> Iterator[Mistake]:
-    """Yield definitions whose name means something else too."""
+def _definitions(pack: PackDefinition) -> Iterator[Mistake]:
+    """Yield definitions whose name has another meaning too."""
     policies = {policy.name for policy in pack.policies}
     seen: dict[str, Node] = {}
     for rule in pack.rules:
@@ -234,7 +234,7 @@ def _definitions(pack: PackContents) -> Iterator[Mistake]:
                 yield Mistake(("rules", rule.code), f"`{name}` names a definition and a policy")
 
 
-def _policy(policy: Policy, pack: PackContents) -> Iterator[str]:
+def _policy(policy: Policy, pack: PackDefinition) -> Iterator[str]:
     legal = _NAME.fullmatch(policy.name) and not any(map(keyword.iskeyword, policy.name.split(".")))
     near = re.sub(r"[^a-z0-9.]+", "_", policy.name.lower()).strip("_")
     written = (
@@ -266,7 +266,7 @@ def _defaults(policy: Policy) -> Iterator[str]:
         yield from _text(policy, text)
 
 
-def _words(policy: Policy, pack: PackContents) -> Iterator[str]:
+def _words(policy: Policy, pack: PackDefinition) -> Iterator[str]:
     for word, meaning in policy.words.items():
         yield from _wrong(
             (
@@ -283,7 +283,7 @@ def _words(policy: Policy, pack: PackContents) -> Iterator[str]:
 
 
 def _word(policy: Policy, text: str) -> str:
-    """How a text is compared with the words; those of options come before the spellings of values."""
+    """Return a text as it is compared with the words; those of options come before the spellings of values."""
     return normalise(text) if policy.level == "option" else policy.domain.word(text)
 
 
@@ -302,7 +302,7 @@ def _domain(policy: Policy) -> Iterator[str]:
 
 
 def _text(policy: Policy, text: str | None) -> Iterator[str]:
-    """Yield what keeps a text from being read as a value or a word of a policy."""
+    """Yield the reasons why a text is no value or word of a policy."""
     if text is None or _word(policy, text) in policy.words:
         return
     try:
@@ -313,7 +313,7 @@ def _text(policy: Policy, text: str | None) -> Iterator[str]:
             yield str(problem)
 
 
-def _meaning(policy: Policy, meaning: Meaning, pack: PackContents) -> Iterator[str]:
+def _meaning(policy: Policy, meaning: Meaning, pack: PackDefinition) -> Iterator[str]:
     for part in parts_of(meaning):
         match part:
             case str():
@@ -350,7 +350,7 @@ def _followers(policy: Policy, word: str) -> Iterator[str]:
             yield policy.zero
 
 
-def _option_value(pack: PackContents, option: str, value: str | None) -> Iterator[str]:
+def _option_value(pack: PackDefinition, option: str, value: str | None) -> Iterator[str]:
     known = _named(pack, option, "option")
     if known is None:
         yield f"`{option}` is no option"
@@ -358,7 +358,7 @@ def _option_value(pack: PackContents, option: str, value: str | None) -> Iterato
         yield from _text(known, value)
 
 
-def _setting(pack: PackContents, level: str, name: str, text: str) -> Iterator[str]:
+def _setting(pack: PackDefinition, level: str, name: str, text: str) -> Iterator[str]:
     known = _named(pack, name, level)
     if known is None:
         yield f"`{name}` is no {level} policy"
@@ -366,18 +366,18 @@ def _setting(pack: PackContents, level: str, name: str, text: str) -> Iterator[s
         yield from (f"`{name}`: {message}" for message in _text(known, text))
 
 
-def _named(pack: PackContents, name: str, level: str) -> Policy | None:
+def _named(pack: PackDefinition, name: str, level: str) -> Policy | None:
     return next((policy for policy in pack.policies if policy.level == level and policy.name == name), None)
 
 
-def _preset(preset: Preset, pack: PackContents) -> Iterator[str]:
+def _preset(preset: Preset, pack: PackDefinition) -> Iterator[str]:
     for name, text in preset.settings.items():
         yield from _setting(pack, preset.level, name, text)
     if preset.needs is not None:
         yield from _option_value(pack, *preset.needs)
 
 
-def _dialect(dialect: Dialect, pack: PackContents) -> Iterator[str]:
+def _dialect(dialect: Dialect, pack: PackDefinition) -> Iterator[str]:
     spellings = {spelling for policy in pack.policies for spelling in policy.spellings}
     for written, name in dialect.names.items():
         yield from _wrong(
@@ -404,7 +404,7 @@ def _dialect(dialect: Dialect, pack: PackContents) -> Iterator[str]:
         yield f"`{dialect.bare_unit}` is no unit of time"
 
 
-def _panel(pack: PackContents) -> Iterator[str]:
+def _panel(pack: PackDefinition) -> Iterator[str]:
     panel = pack.panel
     known: dict[str, set[str]] = {}
     for policy in pack.policies:
@@ -421,7 +421,7 @@ def _panel(pack: PackContents) -> Iterator[str]:
             yield from (f"`{value}` is no value of `{name}`" for value in wrong)
 
 
-def _codes(pack: PackContents, name: str, codes: Mapping[str, str]) -> Iterator[str]:
+def _codes(pack: PackDefinition, name: str, codes: Mapping[str, str]) -> Iterator[str]:
     known = [policy for policy in pack.policies if policy.name == name]
     if not known:
         yield f"`codes` names `{name}`, which is no policy"

@@ -9,8 +9,8 @@ from google.protobuf import json_format
 from google.protobuf.message import DecodeError, Message
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
+from cqos_core.model.caches import keep
 from cqos_core.model.finding import Severity
-from cqos_core.model.memory import keep
 from cqos_core.remote.messages import EVERYTHING, report_message, to_message, unknown_paths
 from cqos_core.remote.refusal import Refused, too_much, unfit
 from cqos_core.remote.request_problems import FieldProblem

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import catalogue_pb2, report_pb2
 from cqos_core.packs.catalogue import describe_pack, describe_policy, describe_rule
-from cqos_core.packs.drawing import drawn, moddle
-from cqos_core.packs.parts import Dialect
+from cqos_core.packs.moddle import drawing_settings, moddle
+from cqos_core.packs.presets import Dialect
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.messages import word_of
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.language.policy import Policy
-    from cqos_core.packs.drawn import DrawnForm, DrawnOwner
+    from cqos_core.packs.drawing_form import DrawnForm, DrawnOwner
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.panel import Panel, StatedAs
-    from cqos_core.packs.parts import Preset
+    from cqos_core.packs.presets import Preset
+    from cqos_core.packs.property_panel import Panel, SettingSpelling
 
 
 def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:
@@ -103,13 +103,13 @@ def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
     described = describe_pack(pack)
     forms = [form for info in load_plugins().importers.values() if (form := info.load_drawn()) is not None]
     dialects = dict(pack.dialects) | {each.dialect: pack.dialects.get(each.dialect, Dialect()) for each in forms}
-    writes = {each.dialect: list(drawn(pack, each)) for each in forms}
+    writes = {each.dialect: list(drawing_settings(pack, each)) for each in forms}
     return catalogue_pb2.Pack(
         id=pack.id,
         title=pack.title,
         summary=pack.summary,
         source=pack.source,
-        meeting=pack.meeting.described,
+        meeting=pack.topic_matching.described,
         policies=[policy_message(policy, pack.panel) for policy in pack.policies],
         presets=[_preset(name, preset) for name, preset in pack.presets.items()],
         base_preset=pack.base_preset,
@@ -224,7 +224,7 @@ def _severity(name: str) -> report_pb2.Severity.ValueType:
     return report_pb2.Severity.Value(f"SEVERITY_{name.upper()}")
 
 
-def _dialect(dialect: Dialect, writes: Iterable[StatedAs]) -> catalogue_pb2.Dialect:
+def _dialect(dialect: Dialect, writes: Iterable[SettingSpelling]) -> catalogue_pb2.Dialect:
     return catalogue_pb2.Dialect(
         names=dialect.names,
         codes={policy: catalogue_pb2.Codes(by_code=codes) for policy, codes in dialect.codes.items()},

@@ -31,7 +31,7 @@ from cqos.v1 import (
     session_pb2_grpc,
 )
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.exact_places import exact_places
+from cqos_core.model.exact_columns import with_exact_columns
 from cqos_core.model.system import System
 from cqos_core.remote.description import Description
 from cqos_core.remote.messages import (
@@ -63,8 +63,8 @@ from cqos_core.remote.sessions import AsyncSession, RemoteSession
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.model.difference import Diff
     from cqos_core.model.report import PairReport, Report
+    from cqos_core.model.system_diff import Diff
     from cqos_core.remote.requests import File, OptionValues, Values
 
 __all__ = [
@@ -213,7 +213,7 @@ class _Service:
         return _Call(
             self._checks.CheckSystem,
             request,
-            lambda response: exact_places(report_value(response.report), system.sources),
+            lambda response: with_exact_columns(report_value(response.report), system.sources),
         )
 
     @_call

@@ -10,17 +10,17 @@ from cqos_core.language.values import normalise
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
-from cqos_core.resolving.facts import fact
+from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Fact
     from cqos_core.model.settings import Place
     from cqos_core.model.system import Broker, Endpoint, Participant, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class Description:
     participants: tuple[DescribedParticipant, ...]
 
 
-def describe(system: System, where: Context) -> Description:
+def describe(system: System, where: CheckContext) -> Description:
     """Describe a system: all its endpoints, those of bridges and those that no rule pack judges too."""
     pipeline = Pipeline(system, where)
     found = grouped((each.stated_id, each) for each in pipeline.endpoints if not each.is_copy)
@@ -89,7 +89,7 @@ def describe(system: System, where: Context) -> Description:
     return Description(system.name, tuple(endpoints), tuple(participants))
 
 
-def _participant(participant: Participant, system: System, where: Context) -> DescribedParticipant:
+def _participant(participant: Participant, system: System, where: CheckContext) -> DescribedParticipant:
     protocol = participant.protocol or system.protocol or where.default_protocol
     known = protocol is not None and where.find_pack(protocol) is not None
     return DescribedParticipant(

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos.v1 import check_pb2, system_pb2
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
 
 
 def read_input(
     request: check_pb2.DescribeRequest | check_pb2.ExplainRequest | check_pb2.ConvertRequest | check_pb2.DiffInput,
     most: int,
     path: str = "",
-) -> tuple[Context, System]:
+) -> tuple[CheckContext, System]:
     """Return the system of a message, at ``path`` of the request, that brings it in either form."""
     if request.WhichOneof("input") == "documents":
         return read_documents(request.documents, most, f"{path}documents.")
@@ -58,7 +58,7 @@ def bounded(found: int, most: int, field: str) -> None:
 
 def read_documents(
     request: check_pb2.CheckDocumentRequest | check_pb2.Documents, most: int, path: str = ""
-) -> tuple[Context, System]:
+) -> tuple[CheckContext, System]:
     """Read files as one system.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos.v1 import system_pb2
-from cqos_core.model.rows import FIRST_TEXT, EndpointList, Pattern, RowKind, pattern_of
+from cqos_core.model.endpoint_rows import FIRST_TEXT, EndpointList, RowPattern, SettingsPattern, pattern_of
 from cqos_core.model.settings import Setting
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ _SHARED: Final = frozenset(
 """What is the same for all rows of a kind."""
 
 
-class MessageKind(RowKind):
+class MessageKind(RowPattern):
     """Endpoints of one system that are alike but for their ids, topics, labels and the texts of their settings."""
 
     __slots__ = ()
@@ -38,12 +38,15 @@ class MessageKind(RowKind):
         """Return None: no file states it."""
 
     def make(self, name: str, row: tuple[Any, ...]) -> Any:
-        """See `RowKind.make`."""
+        """See `RowPattern.make`."""
         if name == "label":
             return row[3]
         if name != "settings":
             return super().make(name, row)
-        return {word: Setting(text) for (word, *_), text in zip(self.pattern.said[0], row[FIRST_TEXT:], strict=True)}
+        return {
+            word: Setting(text)
+            for (word, *_), text in zip(self.pattern.setting_texts[0], row[FIRST_TEXT:], strict=True)
+        }
 
 
 class EndpointRows:
@@ -52,7 +55,7 @@ class EndpointRows:
     def __init__(self, read: _Read) -> None:
         self._read = read
         self._kinds: dict[tuple[object, ...], MessageKind] = {}
-        self._patterns: dict[tuple[str, ...], Pattern] = {}
+        self._patterns: dict[tuple[str, ...], SettingsPattern] = {}
 
     def endpoint(self, message: system_pb2.Endpoint) -> Any:
         """Return the row that a message is, or an object where it states more than rows have."""

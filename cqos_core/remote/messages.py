@@ -19,9 +19,9 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.language.domains import Names
-from cqos_core.model import coverage, difference, finding, flow, problems, report, settings, system, timing
+from cqos_core.model import chains, coverage, finding, flow, problems, report, settings, system, system_diff
+from cqos_core.model.caches import LONGEST_REMEMBERED
 from cqos_core.model.finding import Fact, Remedy, Severity, Verdict
-from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.settings import Cases, Setting, Settings
 from cqos_core.remote import description
@@ -40,22 +40,22 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (settings, "Place"),
         (coverage, "Coverage"),
         (flow, "ControlFlow FlowNode Trigger Timer"),
-        (timing, "Chain ChainStep"),
+        (chains, "Chain ChainStep"),
         (problems, "Problem"),
         (description, "DescribedEndpoint DescribedParticipant"),
     )
     for name in names.split()
 } | {
-    "Diff": difference.Diff,
-    "Link": timing.StatedLink,
-    "MissingEndpoint": difference.Missing,
-    "DifferentValue": difference.Different,
-    "ComparedEndpoint": difference.Named,
+    "Diff": system_diff.Diff,
+    "Link": chains.StatedLink,
+    "MissingEndpoint": system_diff.Missing,
+    "DifferentValue": system_diff.Different,
+    "ComparedEndpoint": system_diff.Named,
 }
 _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
     "Verdict": Verdict,
     "Severity": Severity,
-    "Side": difference.ComparedSide,
+    "Side": system_diff.ComparedSide,
 }
 _TUPLES: Final[Mapping[str, Callable[..., Any]]] = {"FlowRunner": flow.FlowRunner, "FlowEnds": flow.FlowEnds}
 _STATED: Final = "_stated"
@@ -332,7 +332,7 @@ def part_value(message: Any) -> Any:
 
 
 def change_message(kind: str, value: Any) -> session_pb2.Change:
-    """Return the message of one edit of a session; see `cqos_core.checking.session.Edits`."""
+    """Return the message of one edit of a session; see `cqos_core.checking.system_editor.SystemEditor`."""
     field = session_pb2.Change.DESCRIPTOR.fields_by_name[kind]
     if field.message_type is not None:
         made = _class_of(field.message_type)

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.checking.session import Session
-from cqos_core.matching.pipeline import Context, context
+from cqos_core.matching.pipeline import CheckContext, context
+from cqos_core.model.endpoint_rows import RowEndpoint
 from cqos_core.model.finding import Severity
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
-from cqos_core.model.rows import RowEndpoint
 from cqos_core.model.system import NAMED, Endpoint, System
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, least_severe, paths_of, refusal_message
@@ -46,7 +46,7 @@ class OpenModel:
         """Wait to be opened."""
         self._most = most_endpoints
         self._documents: _Documents | None = None
-        self._where: Context = context()
+        self._where: CheckContext = context()
         self._session = Session()
         self._known = OpenNames(System())
         self._written = _ReportWriter(EVERYTHING, Severity.NOTE)
@@ -239,7 +239,7 @@ class _Documents:
         after._fields = {each.name: f"documents.put[{index}].content" for index, each in enumerate(changes.put)}
         return after
 
-    def read(self, most: int) -> tuple[Context, System]:
+    def read(self, most: int) -> tuple[CheckContext, System]:
         """Read them.
 
         Raises:
@@ -365,7 +365,7 @@ class _Described:
         """All endpoints."""
         return self._endpoints.values()
 
-    def follow(self, session: Session, where: Context, touched: list[str] | None) -> _Differences:
+    def follow(self, session: Session, where: CheckContext, touched: list[str] | None) -> _Differences:
         """Describe what an edit touched, None for anything; return new and other endpoints, ids that are gone, and participants."""
         resolved = None if touched is None else session.resolved(touched)
         if touched is None or resolved is None:
@@ -383,7 +383,7 @@ class _Described:
         self._endpoints |= messages
         return put, removed, []
 
-    def _afresh(self, system: System, where: Context) -> _Differences:
+    def _afresh(self, system: System, where: CheckContext) -> _Differences:
         found = describe(system, where)
         before, participants = self._endpoints, self.participants
         self._endpoints = {each.id: _message(each) for each in found.endpoints}

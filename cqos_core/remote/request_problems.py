@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple, TypeAlias
 
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core.model.flow import positions_missing
-from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.re2_patterns import PatternError, name_matcher
 from cqos_core.model.system import NAMED
 from cqos_core.remote.messages import from_message
 
@@ -104,7 +104,7 @@ def _route(message: system_pb2.Route) -> _Rows:
     for field in ("only", "but"):
         for index, text in enumerate(getattr(message, field)):
             try:
-                pattern(text)
+                name_matcher(text)
             except PatternError as error:
                 yield f".{field}[{index}]", True, f"it is no regular expression: {error}"
 

@@ -17,8 +17,8 @@ import grpc
 from cqos.v1 import (
     session_pb2,
 )
-from cqos_core.checking.edits import Edits
-from cqos_core.model.exact_places import exact_places
+from cqos_core.checking.system_editor import SystemEditor
+from cqos_core.model.exact_columns import with_exact_columns
 from cqos_core.remote.messages import (
     change_message,
     from_message,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
 
 
-class _Changes(Edits):
+class _Changes(SystemEditor):
     """Collects the edits of a system, and follows the answers to them."""
 
     def __init__(self, client: Any, system: System) -> None:
@@ -73,7 +73,7 @@ class _Changes(Edits):
             self._told = report_value(response.report)
         else:
             self._told = followed(self._told, response.delta)
-        return exact_places(self._told, self._system.sources)
+        return with_exact_columns(self._told, self._system.sources)
 
 
 def followed(before: Report, delta: session_pb2.ReportDelta) -> Report:

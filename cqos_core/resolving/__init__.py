@@ -1,4 +1,4 @@
 """Texts become values: profiles, presets, overlays, participants, options and defaults, each value with its origin.
 
-`resolve.Resolver` does all of it.
+`resolver.Resolver` does all of it.
 """

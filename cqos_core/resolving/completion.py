@@ -1,4 +1,4 @@
-"""What follows from a whole system: what a pack sees of it, and the values that it gives endpoints in the end."""
+"""Values that follow from a whole system: the entities that a pack sees, and the values that it gives to endpoints."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.settings import Setting
-from cqos_core.packs.parts import Known
+from cqos_core.packs.completion import KnownEntity
 from cqos_core.resolving.layers import Layer, Stated
 
 if TYPE_CHECKING:
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Broker, Endpoint, Participant
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.participants import Participants
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
-def known_participant(participant: Participant, pack: RulePack, participants: Participants) -> Known:
+def known_participant(participant: Participant, pack: RulePack, participants: Participants) -> KnownEntity:
     """Return a participant with its values, read when they are asked for."""
 
     def read(policy: Policy) -> tuple[Value, Place | None] | None:
@@ -32,10 +32,10 @@ def known_participant(participant: Participant, pack: RulePack, participants: Pa
         return None if stated is None else (resolved.values[index], stated.setting.place)
 
     place, template = participant.place, participant.template
-    return Known(participant.id, read, place=place, template=template, external=participant.external)
+    return KnownEntity(participant.id, read, place=place, template=template, external=participant.external)
 
 
-def known_endpoint(endpoint: Endpoint, pack: RulePack, resolve: Callable[[], Resolved]) -> Known:
+def known_endpoint(endpoint: Endpoint, pack: RulePack, resolve: Callable[[], Resolved]) -> KnownEntity:
     """Return an endpoint with its values, read when they are asked for."""
     resolved = cache(resolve)
 
@@ -45,7 +45,7 @@ def known_endpoint(endpoint: Endpoint, pack: RulePack, resolve: Callable[[], Res
             return None
         return resolved().profile.values[index], resolved().origin(index)[1]
 
-    return Known(
+    return KnownEntity(
         endpoint.id,
         read,
         lambda: resolved().profile.needs,
@@ -59,17 +59,17 @@ def known_endpoint(endpoint: Endpoint, pack: RulePack, resolve: Callable[[], Res
     )
 
 
-def known_broker(broker: Broker, pack: RulePack, participants: Participants) -> Known:
+def known_broker(broker: Broker, pack: RulePack, participants: Participants) -> KnownEntity:
     """Return a broker with its values, read when they are asked for."""
 
     def read(policy: Policy) -> tuple[Value, Place | None] | None:
         return participants.stated_of_broker(broker, pack, pack.vocabulary.indices["broker", policy.name])
 
-    return Known(broker.id, read, place=broker.place)
+    return KnownEntity(broker.id, read, place=broker.place)
 
 
 def sum_up(pack: RulePack, endpoints: Iterable[Resolved]) -> None:
-    """Give endpoints the values that follow from those of all."""
+    """Set the values of endpoints that follow from the values of all endpoints."""
     own = [each for each in endpoints if each.pack is pack]
     for each in own:
         if each.like.needs:

@@ -11,33 +11,33 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC
-from cqos_core.model.memory import LONGEST_REMEMBERED, keep, new_number, number_of, remember
-from cqos_core.model.rows import FIRST_TEXT, RowEndpoint, as_object
+from cqos_core.model.caches import LONGEST_REMEMBERED, keep, new_number, number_of, remember
+from cqos_core.model.endpoint_rows import FIRST_TEXT, RowEndpoint, as_object
 from cqos_core.model.settings import Setting
+from cqos_core.resolving.endpoint_remarks import OWN, WHOSE, OwnPlace, with_blanks
 from cqos_core.resolving.layers import Layer, Stated
-from cqos_core.resolving.misread import is_slip
 from cqos_core.resolving.parts import READ, Inherited, Laid, OwnSetting, ProfileParts, ReadContext
 from cqos_core.resolving.profiles import base_layer
 from cqos_core.resolving.qos_profile import intern
 from cqos_core.resolving.reader import SettingsReader, ValueSource, Whose, either, how_written
-from cqos_core.resolving.remarks import OWN, WHOSE, OwnPlace, with_blanks
+from cqos_core.resolving.unknown_names import is_slip
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, WrittenValue
-    from cqos_core.model.rows import Pattern, Row
+    from cqos_core.model.endpoint_rows import Row, SettingsPattern
     from cqos_core.model.settings import Cases, Settings
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Dialect
+    from cqos_core.packs.presets import Dialect
+    from cqos_core.resolving.endpoint_remarks import Remark
     from cqos_core.resolving.profiles import Profiles, User
-    from cqos_core.resolving.remarks import Remark
-    from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import Resolved, ResolvedParticipant
 
 Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
-"""A setting as `Endpoint.said` has it."""
+"""A setting as `Endpoint.setting_texts` has it."""
 _NAMES: Final = -1
 _SETTINGS: Final[dict[tuple[Any, ...], OwnSetting]] = {}
 """By the number of a context: settings of their own that endpoints have there."""
@@ -66,7 +66,7 @@ class EndpointValues:
         self.reader = reader
         self._kept = SettingsReader([])
         self._memory: dict[tuple[Any, ...], Any] = {}
-        self._stating: dict[tuple[Inherited, Pattern], _Stating] = {}
+        self._stating: dict[tuple[Inherited, SettingsPattern], _Stating] = {}
         self._numbers: dict[ReadContext, int] = {}
         self._own: dict[tuple[Any, ...], OwnSetting] = {}
 
@@ -208,7 +208,7 @@ class EndpointValues:
         else:
             found = endpoint.pattern() if isinstance(endpoint, RowEndpoint) else None
             if found is None:
-                settings = self.settings(inherited, endpoint.said()[0], endpoint)  # type: ignore[union-attr]
+                settings = self.settings(inherited, endpoint.setting_texts()[0], endpoint)  # type: ignore[union-attr]
                 return settings, inherited.takes(settings)
             pattern, texts = found
         others = self._stating.get((inherited, pattern))
@@ -224,7 +224,7 @@ class EndpointValues:
         for (at, by_text), text in zip(known, texts):  # noqa: B905 - a pattern has as many texts as places
             setting = by_text.get(text)
             if setting is None:
-                name, _, unknown, derived = pattern.said[0][at]
+                name, _, unknown, derived = pattern.setting_texts[0][at]
                 (setting,) = self.settings(inherited, [(name, text, unknown, derived)], endpoint)
                 if setting.index == one[at].index:
                     keep(by_text, text, setting)
@@ -234,7 +234,7 @@ class EndpointValues:
         return tuple(own), is_taken
 
     def settings(self, inherited: Inherited, said: Iterable[Item], endpoint: Endpoint | Row) -> tuple[OwnSetting, ...]:
-        """Return the settings of an endpoint, each read by itself; ``said`` is what `Endpoint.said` has of them."""
+        """Return the settings of an endpoint, each read by itself; ``said`` is what `Endpoint.setting_texts` has of them."""
         number = inherited.number
         return tuple([_SETTINGS.get((number, item)) or self._setting(inherited, item, endpoint) for item in said])
 

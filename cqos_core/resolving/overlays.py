@@ -1,4 +1,4 @@
-"""Overlays: settings from other files that are laid over what endpoints state themselves."""
+"""Overlays: settings from other files that are laid over those of endpoints."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.model.system import Endpoint, Overlay, System
-    from cqos_core.packs.meeting import Naming
     from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.topic_matching import Naming
     from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
 
 
 class Overlays:
@@ -47,15 +47,15 @@ class Overlays:
 
     @property
     def noted(self) -> int:
-        """How much was noted for `report`; it grows."""
+        """The number of entries for `report`; it grows."""
         of_endpoints = len(self.used) + len(self._of_participants) + len(self._laid)
         return of_endpoints + len(self._took_effect) + len(self._gave_way)
 
     def covering(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
-        """Yield the indices of the overlays that cover an endpoint; what was seen of an observed one is so, whatever files say."""
+        """Yield the indices of the overlays that cover an endpoint; observed values win over files."""
         pack = participant.pack
-        covers = pack.meeting.covers
-        addresses = (pack.meeting.address(endpoint.participant, participant.texts), endpoint.participant)
+        covers = pack.topic_matching.covers
+        addresses = (pack.topic_matching.address(endpoint.participant, participant.texts), endpoint.participant)
         topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
         for index in self._by_topic.matching(*topics):
             overlay = self._system.overlays[index]
@@ -94,7 +94,7 @@ class Overlays:
         return certain, possible
 
     def _filling(self, overlay: int, layer: Layer, stated: Sequence[Layer], pack: RulePack) -> Layer:
-        """Return what an overlay sets where ``stated`` leaves it to others, or raises it; to all else it gives way."""
+        """Return the settings of an overlay that fill or raise values of ``stated``; it gives way to all others."""
         fills = self._system.overlays[overlay].fills
         taken = {}
         for index, setting in layer.settings.items():
@@ -147,16 +147,16 @@ class Overlays:
 def laid_on_participant(
     participant: ResolvedParticipant, overlays: Sequence[Overlay], reader: SettingsReader
 ) -> ResolvedParticipant:
-    """Return a participant with what overlays set of participants, where nothing else states it."""
+    """Return a participant with the settings of overlays for participants that nothing else states."""
     pack, owner = participant.pack, participant.participant
-    addresses = (pack.meeting.address(owner.id, participant.texts), owner.id)
+    addresses = (pack.topic_matching.address(owner.id, participant.texts), owner.id)
     for overlay in overlays:
         settings = {name: each for name, each in overlay.settings.items() if is_of_participants(name, pack)}
         certain = holds(overlay, participant) if settings and overlay.protocol in {None, pack.id} else False
-        if certain is False or not any(pack.meeting.covers(overlay.participant, each) for each in addresses):
+        if certain is False or not any(pack.topic_matching.covers(overlay.participant, each) for each in addresses):
             continue
         dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
-        # Every name is one that the pack knows, so nothing is left over that may set something else.
+        # The pack knows every name, so no other setting is possible.
         found, _ = reader.recognise(Whose(pack, ("participant",), dialect, overlay.name, "system", []), settings)
         left_open = {
             index: stated
@@ -205,7 +205,7 @@ def is_of_participants(name: str, pack: RulePack) -> bool:
 
 
 def _unseen(layer: Layer, pack: RulePack) -> Layer:
-    """What a layer says of policies that nothing shows of what runs."""
+    """Return a layer with only the policies that no running system shows."""
     return layer._replace(
         settings={index: stated for index, stated in layer.settings.items() if pack.policies[index].unseen}
     )
@@ -222,7 +222,7 @@ def _raises(policy: Policy, before: str, after: Stated) -> bool:
 
 
 def _covering(overlay: Overlay) -> str:
-    """What an overlay is meant for, in words."""
+    """Return the target of an overlay in words."""
     parts = {
         f"participant `{overlay.participant}`": True,
         f"topic `{overlay.topic}`": True,

@@ -1,4 +1,4 @@
-"""Which publisher and subscriber people mean: ids of endpoints, or names of participants that leave one pair."""
+"""Finds a pair by two names: ids of endpoints, or names of participants with only one pair."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _PAIRS: Final = 5
-"""Pairs that are listed where names leave several."""
+"""Pairs that a message lists if names fit several."""
 
 
 def pair_named(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | list[CqosError]:
-    """Return the publisher and the subscriber that two names stand for, in whichever order; or the reasons that they stand for no pair."""
+    """Return the publisher and the subscriber of two names, in either order; or the reasons why there is no such pair."""
     by_id = {endpoint.id: endpoint for endpoint in endpoints}
     roles = [by_id[name].role if name in by_id else None for name in ids]
     if {*roles} == {PUBLISHER, SUBSCRIBER}:
@@ -50,7 +50,7 @@ def _of_name(name: str, by_id: Mapping[str, Resolved], endpoints: Sequence[Resol
 def _only_pair(
     ids: Sequence[str], one: Sequence[Resolved], other: Sequence[Resolved]
 ) -> tuple[Resolved, Resolved] | list[CqosError]:
-    """Return the only pair among endpoints of two participants; or why none or several are."""
+    """Return the only pair among endpoints of two participants; or the reason why there is none or several."""
     both = (*one, *other)
     packs = {each.pack.id: each.pack for each in both}.values()
     topics = {keys for pack in packs for keys in _matches(pack, both)}
@@ -75,10 +75,10 @@ def _only_pair(
 
 def _matches(pack: RulePack, endpoints: Sequence[Resolved]) -> Iterable[tuple[str, str]]:
     """Pairs of different keys that match, in protocols whose subscribers have filters."""
-    if pack.meeting.match is None:
+    if pack.topic_matching.match is None:
         return ()
     keys = {
         role: {each.key for each in endpoints if each.pack is pack and each.role == role and each.key is not None}
         for role in (PUBLISHER, SUBSCRIBER)
     }
-    return pack.meeting.match(sorted(keys[PUBLISHER]), keys[SUBSCRIBER])
+    return pack.topic_matching.match(sorted(keys[PUBLISHER]), keys[SUBSCRIBER])

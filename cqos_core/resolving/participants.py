@@ -1,4 +1,4 @@
-"""What participants give their endpoints: options, connections and the brokers that they connect to."""
+"""Participants in the eyes of packs: options, connections and the brokers that they connect to."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.values import Anything, OneOf, normalise
+from cqos_core.model.caches import MOST_LETTERS, keep, letters
+from cqos_core.model.endpoint_rows import kinds_of
 from cqos_core.model.finding import Severity
-from cqos_core.model.memory import MOST_LETTERS, keep, letters
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.remarks import listed, suggestion
-from cqos_core.model.rows import kinds_of
 from cqos_core.model.settings import Setting
+from cqos_core.model.suggestions import listed, suggestion
 from cqos_core.model.system import PUBLISHER, Broker, ProfileRef
 from cqos_core.resolving.layers import Layer
-from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.parts import Surroundings
 from cqos_core.resolving.profiles import no_profile, preset_settings
 from cqos_core.resolving.reader import ValueSource, Whose, depends
-from cqos_core.resolving.resolved import ResolvedParticipant
+from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
+from cqos_core.resolving.unknown_names import every_policy
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -47,7 +47,7 @@ class Participants:
     def __init__(
         self, system: System, reader: SettingsReader, known: dict[tuple[str, int], ResolvedParticipant]
     ) -> None:
-        """Read what ``system`` states with ``reader``, and put who is resolved into ``known``."""
+        """Read ``system`` with ``reader``, and put resolved participants into ``known``."""
         self._system = system
         self._reader = reader
         self._known = known
@@ -196,7 +196,7 @@ class Participants:
         return self._reader.value(pack, index, reading), stated.setting.place
 
     def _broker_layers(self, broker: Broker | None, pack: RulePack) -> tuple[Layer, ...]:
-        """What is stated of a broker, nearest first: itself, then its profiles and presets."""
+        """Return the layers of a broker, nearest first: itself, then its profiles and presets."""
         if broker is None:
             return ()
         known = self._layers_of_brokers.get((id(pack), broker.id))
@@ -290,13 +290,13 @@ def choose_variant(pack: RulePack, options: Settings) -> RulePack:
 def packs_in_use(
     system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
 ) -> list[RulePack]:
-    """The packs that judge what the system states, by id."""
+    """Return the packs that judge a system, sorted by id."""
     found = map(find_pack, protocols_in_use(system, default_protocol))
     return [choose_variant(pack, system.options.get(pack.id, {})) for pack in found if pack is not None]
 
 
 def protocols_in_use(system: System, default: str | None) -> list[str]:
-    """Return the protocols of all that a system states."""
+    """Return the protocols of all participants, brokers and overlays of a system."""
     stated = {each.protocol for each in system.participants.values()}
     stated |= {each.protocol for each in kinds_of(system.endpoints) if each.protocol}
     return sorted(filter(None, {protocol or system.protocol or default for protocol in stated}))

@@ -8,17 +8,17 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import KNOWN, UNREAD
+from cqos_core.model.caches import keep
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import keep
 from cqos_core.resolving.layers import Layer
 
 if TYPE_CHECKING:
     from cqos_core.language.values import Value, WrittenValue
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.endpoint_remarks import Remark
     from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.qos_profile import QosProfile
     from cqos_core.resolving.reader import Recognised
-    from cqos_core.resolving.remarks import Remark
 
 _NONE: Final = -1
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
-from cqos_core.model.memory import MAXIMUM_REMEMBERED
-from cqos_core.model.regular import re, regular_expression
-from cqos_core.model.remarks import suggestion
+from cqos_core.model.caches import MAXIMUM_REMEMBERED
+from cqos_core.model.regular_expressions import re, regular_expression
 from cqos_core.model.settings import Setting
+from cqos_core.model.suggestions import suggestion
 from cqos_core.resolving.layers import Layer, Stated
-from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.reader import Whose
+from cqos_core.resolving.unknown_names import every_policy
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from cqos_core.model.spelling import KnownNames
     from cqos_core.model.system import Profile, ProfileRef, Scope, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Convention, Preset
+    from cqos_core.packs.presets import Convention, Preset
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
 
 
 _SEVERAL: Final = 2
@@ -41,13 +41,13 @@ _IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
 def _in_notation(advice: str, place: Place | None) -> str:
     """Return advice as the file writes it in which it is to be followed."""
-    from cqos_core.importers.notation import advice_for
+    from cqos_core.importers.advice_notation import advice_for
 
     return advice if place is None else advice_for(advice, place.source)
 
 
 class User(NamedTuple):
-    """Who takes values from profiles; ``topic`` is empty where the names of topics do not matter."""
+    """The endpoint that takes values from profiles; ``topic`` is empty if the names of topics do not matter."""
 
     dialect: str
     role: str
@@ -78,7 +78,7 @@ class Profiles:
         """Layers of the profiles that ``refs`` name, nearest first."""
         for ref in reversed(refs):
             for layer, preset in self._profile(ref, pack, user):
-                # What was read once for all is reported where it is used.
+                # Findings about a profile that is read once are reported at each use.
                 if preset is not None and not self._is_available(
                     ref if ref.name == preset.name else preset, pack, participant
                 ):
@@ -161,7 +161,7 @@ class Profiles:
 
     def _settings_of(self, name: str, pack: RulePack) -> str:
         """Return the settings that a name was meant for that is no profile: a call in a program, or a value alone."""
-        from cqos_core.resolving.slips import (
+        from cqos_core.resolving.common_mistakes import (
             meant_instead,
             preset_within,
             settings_of_assignments,
@@ -221,7 +221,7 @@ class Profiles:
 
     def _values_in_a_list(self, ref: ProfileRef, pack: RulePack) -> tuple[str, Place, str] | None:
         """Return message, place and advice where a name stands in a list, on one line, of which each part is a value of a policy."""
-        from cqos_core.resolving.slips import settings_of_values
+        from cqos_core.resolving.common_mistakes import settings_of_values
 
         place, lines = ref.place, self._lines_of(ref)
         if place is None or place.line is None or place.column is None or lines is None:
@@ -322,14 +322,14 @@ def preset_settings(name: str, pack: RulePack) -> dict[int, Stated]:
 
 
 def no_profile(ref: ProfileRef, pack: RulePack, level: str) -> Layer:
-    """Return what a name gives that is no profile: unknown is whatever nearer layers do not state."""
+    """Return the layer of a name that is no profile: every policy that nearer layers do not state is unknown."""
     unknown = Setting("", ref.place, f"profile `{ref.name}` is not defined")
     return Layer(f"profile {ref.name}", every_policy(pack, (level,), unknown, "CQ204"), unread=_NO_PROFILE)
 
 
 @cache
 def base_layer(pack: RulePack, preset: str) -> Layer:
-    """Return what endpoints take their values from that say nothing."""
+    """Return the layer of a pack's base preset, for endpoints that state nothing."""
     return Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False, assumed=True)
 
 
@@ -341,7 +341,7 @@ def conventional(pack: RulePack) -> NameIndex[Convention]:
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
 def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
-    """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
+    """Return the layers of a pack's conventions for a topic, and whether its partners may be elsewhere by convention."""
     layers = []
     external = False
     for convention in conventional(pack).matching(key) if key is not None else ():

@@ -10,8 +10,8 @@ from weakref import WeakValueDictionary
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.model.caches import MAXIMUM_REMEMBERED
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import MAXIMUM_REMEMBERED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -24,14 +24,14 @@ _Value = TypeVar("_Value")
 
 
 class _Interned:
-    """What is one object as long as something uses it."""
+    """Base of interned objects: equal ones are one object as long as something uses it."""
 
     __slots__ = ("__weakref__",)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProfileFrame(_Interned):
-    """What profiles have in common that differ in known values of endpoints only; equal ones are one object.
+    """The part that profiles share if only known values of endpoints differ; equal frames are one object.
 
     Attributes:
         open: values that are not known, by index.
@@ -56,8 +56,8 @@ class QosProfile(_Interned):
     Attributes:
         known: one value per policy of the pack, then one `WrittenValue` or None per policy; where one is not known, something
             of its type stands in for it.
-        frame: those that are not known, and what decides how the others are taken.
-        beside: codes of the findings about what was stated beside the values and is not understood.
+        frame: unknown values, and values that decide the meaning of others.
+        beside: codes of the findings about settings beside the values that are not understood.
         refused: codes of errors for which no pair of the endpoint works, beside those of the rules over its values.
         unread: those of `beside`, and of the findings about values that are not: no pair is compatible by ignorance of either.
     """
@@ -188,7 +188,7 @@ def _options(pack: RulePack) -> tuple[int, ...]:
 
 
 def _stand_in(pack: RulePack, index: int) -> Plain | None:
-    """Return what stands in for an unknown value, so that conditions can be asked of it; their answer is not used."""
+    """Return a placeholder for an unknown value, so that conditions can be evaluated; their answer is not used."""
     if index >= pack.vocabulary.size:
         return None
     domain = pack.policies[index].domain
@@ -197,14 +197,14 @@ def _stand_in(pack: RulePack, index: int) -> Plain | None:
 
 @cache
 def _deciding(pack: RulePack) -> tuple[int, ...]:
-    """The options that distinguish middleware that ignores policies, or matches without them."""
+    """Return the options that decide whether middleware ignores policies, or matches without them."""
     options = {pack.vocabulary.indices["option", name] for policy in pack.policies for name in policy.enforced}
     return tuple(sorted(options))
 
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
 def _treated_as(pack: RulePack, how: str, deciding: tuple[Value, ...]) -> frozenset[int]:
-    """The policies that the middleware treats in a way, under these values of `_deciding`; the first option that says counts."""
+    """Return the policies that the middleware treats in one way, under these values of `_deciding`; the first option with an entry counts."""
     values = dict(zip(_deciding(pack), deciding, strict=True))
     found = set()
     for index, policy in enumerate(pack.policies):
@@ -216,7 +216,7 @@ def _treated_as(pack: RulePack, how: str, deciding: tuple[Value, ...]) -> frozen
 
 
 def treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | None:
-    """What a table by option value says; of an undetermined option, what it says of every value in play."""
+    """Return the entry of a table by option value; for an undetermined option the common entry of all its values."""
     if isinstance(value, Depends):
         found = {treated(by_value, option, case) for _, case in value.cases}
         return found.pop() if len(found) == 1 else None

@@ -20,13 +20,15 @@ from cqos_core.language.values import (
     is_plain,
     normalise,
 )
+from cqos_core.model.caches import LONGEST_REMEMBERED
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.remarks import core_finding
 from cqos_core.model.settings import Cases, Setting
+from cqos_core.resolving.endpoint_remarks import OwnPlace, filled
 from cqos_core.resolving.layers import Stated
-from cqos_core.resolving.misread import (
+from cqos_core.resolving.qos_profile import treated
+from cqos_core.resolving.unknown_names import (
     can_be_stated,
     elsewhere,
     every_policy,
@@ -37,8 +39,6 @@ from cqos_core.resolving.misread import (
     near_policies,
     with_unclear,
 )
-from cqos_core.resolving.qos_profile import treated
-from cqos_core.resolving.remarks import OwnPlace, filled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -49,9 +49,9 @@ if TYPE_CHECKING:
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Dialect
+    from cqos_core.packs.presets import Dialect
+    from cqos_core.resolving.endpoint_remarks import Remark
     from cqos_core.resolving.layers import Layer
-    from cqos_core.resolving.remarks import Remark
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,7 +301,7 @@ class SettingsReader:
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
             owner = f"profile `{name}`" if kind == "profile" else reading.owner
             name_of = policy.name.removeprefix("need.")
-            from cqos_core.resolving.slips import meant_instead, settings_of_call, value_within
+            from cqos_core.resolving.common_mistakes import meant_instead, settings_of_call, value_within
 
             meant = meant_instead(pack, f"{name_of}: {text}") or settings_of_call(pack, text, of=policy.name)[1:-1]
             if meant := meant or ("" if problem.near else value_within(policy, text)):

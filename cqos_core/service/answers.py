@@ -15,10 +15,10 @@ from cqos_core.analysis.differences import compare
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import stated_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.matching.pipeline import context
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.exact_places import exact_places
+from cqos_core.model.exact_columns import with_exact_columns
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported, write_pair
@@ -129,8 +129,8 @@ def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_
     """Check files."""
     paths = paths_of(request, report_pb2.Report)
     where, system = read_documents(request, most)
-    system = tried_out(system, where.default_protocol)
-    report = exact_places(check_system(system, replace(where, most_endpoints=most)), system.sources)
+    system = with_profiles_tried(system, where.default_protocol)
+    report = with_exact_columns(check_system(system, replace(where, most_endpoints=most)), system.sources)
     found = reported(report, paths, least_severe(request))
     return check_pb2.CheckDocumentResponse(revision=request.revision, report=found, elements=elements_of(system))
 
@@ -138,7 +138,7 @@ def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_
 def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.CheckSystemResponse:
     """Check a model."""
     paths = paths_of(request, report_pb2.Report)
-    system = tried_out(read_system(request.system, most))
+    system = with_profiles_tried(read_system(request.system, most))
     report = check_system(system, replace(context(), most_endpoints=most))
     found = reported(report, paths, least_severe(request))
     return check_pb2.CheckSystemResponse(revision=request.revision, report=found)
@@ -254,7 +254,9 @@ def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertRe
         raise unfit(wrong)
     where, system = read_input(request, most)
     settings = {name: values[0] for name, values in choices.items()} | dict(request.settings)
-    exported = info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings))
+    exported = info.load()(
+        system, ExportContext(where.find_pack, where.default_protocol, settings, find_rule=where.find_rule)
+    )
     return check_pb2.ConvertResponse(
         revision=request.revision, text=exported.text, expressed=exported.expressed, notes=exported.notes
     )

@@ -160,7 +160,7 @@ def _meter(settings: Settings) -> Meter:
     try:
         return Meter(_metrics())
     except ImportError as error:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         raise missing("metrics", f"--metrics needs prometheus-client, which is not installed ({error})") from None
 
@@ -173,7 +173,7 @@ def _tracer() -> Any:
         from opentelemetry.sdk.trace import TracerProvider
         from opentelemetry.sdk.trace.export import BatchSpanProcessor
     except ImportError as error:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         raise missing("otel", f"--tracing needs OpenTelemetry, which is not installed ({error})") from None
     # Where spans go and what the service is called, the variables OTEL_* say.

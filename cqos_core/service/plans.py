@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import check_pb2, plan_pb2, report_pb2
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import CqosError, InputError, MissingError
 from cqos_core.plugins import function
@@ -56,7 +56,7 @@ def _planned(documents: check_pb2.Documents, most: int, name: str, **wishes: Any
         for each in (*changed.documents, *changed.included):
             each.content = texts.get(each.name, each.content)
         try:
-            return tried_out(read_documents(changed, most, "documents.")[1], where.default_protocol)
+            return with_profiles_tried(read_documents(changed, most, "documents.")[1], where.default_protocol)
         except Refused as refused:
             raise InputError(refused.documents) from None
 

@@ -18,7 +18,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import Any, Final
 
-from cqos_core.model.memory import collect_new_objects_only
+from cqos_core.model.garbage_collection import collect_new_objects_only
 from cqos_core.model.problems import CqosError
 from cqos_core.service.log_lines import ALWAYS, start_logging, tell
 from cqos_core.service.observing import Observer, end_tracing
@@ -107,7 +107,7 @@ def _web_door(calls: Any, settings: Settings) -> Any:
     try:
         from cqos_core.service.web import WebDoor
     except ImportError as error:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         what = "the modeler" if settings.modeler else "--web"
         raise missing("web", f"{what} needs a web server, which is not installed ({error})") from None

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from cqos_core.model.memory import collect_new_objects_only
+from cqos_core.model.garbage_collection import collect_new_objects_only
 from cqos_core.remote.open_models import OpenModel
 from cqos_core.remote.refusal import Refused, too_much
 from cqos_core.remote.session_answers import EditSession

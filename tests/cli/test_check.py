@@ -401,7 +401,7 @@ def test_a_finding_of_several_rules_counts_until_all_are_ignored(cqos):
 
 
 def test_two_importers_that_claim_one_file_are_both_named(cqos, monkeypatch):
-    monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", lambda *_: True)
+    monkeypatch.setattr("cqos_core.importers.format_detection.claims_bpmn", lambda *_: True)
     done = cqos("check", "fits.yaml")
     assert done.code == 2
     assert "two importers claim this file: `bpmn` (cqos-core " in done.err

@@ -9,8 +9,8 @@ import pytest
 
 import cqos_core
 from cqos_core import plugins
-from cqos_core.model import features as table
-from cqos_core.model.features import features
+from cqos_core.model import optional_features as table
+from cqos_core.model.optional_features import features
 from cqos_core.model.problems import CqosError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from cqos_core.model.features import Feature, absent, advice, features, install_line, origin
+from cqos_core.model.optional_features import Feature, absent, advice, features, install_line, origin
 from cqos_core.plugins import load_plugins
 
 if sys.version_info >= (3, 11):

@@ -111,14 +111,14 @@ def register_formatters(register):
 
 
 DEPOT = """
-from cqos_core.model.entrance import Entrance
+from cqos_core.model.folder_suggestion import FolderSuggestion
 from cqos_core.plugins import ImporterInfo, ImporterOption, hookimpl
 
 @hookimpl
 def register_importers(register):
     option = ImporterOption("--plan", "plan", "FILE", "the plan of a depot")
-    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), folders_with="plan", entrances="depot_plugin:find"))
-    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", folders_with="plan", entrances="no_such_module:find"))
+    register(ImporterInfo("depot", "depots", (), "depot_plugin:claims", "depot_plugin:read", options=(option,), folders_with="plan", folder_suggestions="depot_plugin:find"))
+    register(ImporterInfo("ruin", "fails", (), "depot_plugin:claims", "depot_plugin:read", folders_with="plan", folder_suggestions="no_such_module:find"))
 
 def claims(name, head):
     return False
@@ -132,8 +132,8 @@ def read(source, context):
 def find(path, files):
     plans = [each.rpartition("/")[2] for each in files or () if each.endswith(".plan")]
     if len(plans) == 1:
-        return [Entrance(path, "1 plan", plans[0], f"{path} has one plan")]
-    return [Entrance(path, f"{len(plans)} plans", choices=tuple(plans))] if plans else []
+        return [FolderSuggestion(path, "1 plan", plans[0], f"{path} has one plan")]
+    return [FolderSuggestion(path, f"{len(plans)} plans", choices=tuple(plans))] if plans else []
 """
 
 

@@ -9,10 +9,10 @@ from itertools import product
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.api import context
-from cqos_core.matching.judge import apart, judge_endpoint, judge_pair
+from cqos_core.matching.judge import failed_match_conditions, judge_endpoint, judge_pair
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System
-from cqos_core.resolving.resolve import resolve
+from cqos_core.resolving.resolver import resolve
 from cqos_dds.pack import PACK as DDS_PACK
 from cqos_ros2.pack import PACK as ROS2_PACK
 
@@ -347,10 +347,10 @@ def _judgement(publisher: QosProfile, subscriber: QosProfile, subject: Subject) 
     created = _can_be_created(publisher, PUBLISHER), _can_be_created(subscriber, SUBSCRIBER)
     if not all(created):
         return Judgement(created)
-    if apart(publisher, subscriber):
+    if failed_match_conditions(publisher, subscriber):
         return Judgement(created, matched=False)
     judged = judge_pair(publisher, subscriber)
-    codes = {spoken.bound.rule.code for spoken in judged.spoken}
+    codes = {violation.bound.rule.code for violation in judged.violations}
     broken = [name for code, name in subject.named_by.items() if code in codes]
     matched = judged.verdict == "compatible"
     return Judgement(
@@ -359,7 +359,7 @@ def _judgement(publisher: QosProfile, subscriber: QosProfile, subject: Subject) 
 
 
 def _can_be_created(profile: QosProfile, role: str) -> bool:
-    rules = (spoken.bound.rule for spoken in judge_endpoint(profile, role, observed=False))
+    rules = (violation.bound.rule for violation in judge_endpoint(profile, role, observed=False))
     return not any(rule.creation and rule.severity == "error" for rule in rules)
 
 

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import explain
 from cqos_core.language.domains import Duration
-from cqos_core.packs.proving import End, Fault, Plan
+from cqos_core.packs.prover import End, Fault, Plan
 from cqos_dds.pack import PACK
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.packs.proving import Event, Outcome
+    from cqos_core.packs.prover import Event, Outcome
 
 PERIOD: Final = 0.05
 SLACK: Final = 1.0

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context, read
 from cqos_core.packs.guarantee import FAULTS
-from cqos_core.packs.proving import Fault
+from cqos_core.packs.prover import Fault
 from cqos_live.prove.outcomes import claims, disagreements, kept_by, summary
 from tests.conformance.origin import build_of, origin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.packs.proving import Plan
+    from cqos_core.packs.prover import Plan
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 DOCUMENT: Final = ROOT / "docs" / "conformance-guarantees.md"

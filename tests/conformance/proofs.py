@@ -25,7 +25,7 @@ from cqos_core.files.applying import read_texts
 from cqos_core.files.loading import load_paths
 from cqos_core.files.merging import merge
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.proving import NotRunnableError, Outcome
+from cqos_core.packs.prover import NotRunnableError, Outcome
 from cqos_live.prove.outcomes import disagreements, fixed, summary
 from tests.conformance.comparison import random_pairs
 from tests.conformance.origin import origin
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.run_plan import Trial
     from cqos_core.model.system import System
-    from cqos_core.packs.proving import Plan
+    from cqos_core.packs.prover import Plan
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 RECORDED: Final = Path(__file__).with_name("proofs.json")

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context, read
-from cqos_core.packs.proving import Fault
+from cqos_core.packs.prover import Fault
 from cqos_live.prove.outcomes import claims, disagreements, meets_need
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.promela.spin import Spin, version

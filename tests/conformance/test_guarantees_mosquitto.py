@@ -20,7 +20,7 @@ import pytest
 from cqos_core import check, explain, read
 from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context
-from cqos_core.packs.proving import Fault
+from cqos_core.packs.prover import Fault
 from cqos_live.mqtt.prove.client import Client, Connection, Publication, Subscription
 from cqos_live.mqtt.prove.mosquitto import Link, Mosquitto, program, version
 from cqos_live.mqtt.prove.packets import Message, Will

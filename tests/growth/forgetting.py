@@ -5,26 +5,35 @@ from __future__ import annotations
 from cqos_core.analysis import pair_judge
 from cqos_core.checking import assumptions as assumed
 from cqos_core.checking import fixes
-from cqos_core.matching import derived_guarantees, judge, pair_outcomes
+from cqos_core.matching import judge, pair_guarantees, pair_outcomes
 from cqos_core.matching import topic_outcomes as shape
-from cqos_core.model import memory as memory_module
+from cqos_core.model import caches as memory_module
 from cqos_core.plugins import load_plugins
 from cqos_core.remote import asked
-from cqos_core.resolving import compared, endpoint_values, facts, families, participants, parts, profiles, qos_profile
+from cqos_core.resolving import (
+    endpoint_classes,
+    endpoint_values,
+    finding_facts,
+    participants,
+    parts,
+    policy_comparison,
+    profiles,
+    qos_profile,
+)
 from cqos_core.resolving.reader import _plain_remembered
 
 
 def forget() -> None:
     """Forget all of it."""
-    known = (parts.READ, qos_profile._PROFILES, families._NAMED, participants._SURROUNDINGS)
+    known = (parts.READ, qos_profile._PROFILES, endpoint_classes._NAMED, participants._SURROUNDINGS)
     of_settings = (
         qos_profile._FRAMES,
         endpoint_values._SETTINGS,
         memory_module._NUMBERED,
         pair_outcomes._OUTCOMES,
         pair_outcomes._KINDS,
-        derived_guarantees._GIVEN,
-        compared.COMPARED,
+        pair_guarantees._GIVEN,
+        policy_comparison.COMPARED,
         asked._PARTS,
         assumed._PLAIN,
         assumed._RESTING,
@@ -32,15 +41,22 @@ def forget() -> None:
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
     for remembered in (
-        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
+        *(
+            shape._remembered,
+            judge.judge_pair,
+            judge.judge_endpoint,
+            judge.refusals,
+            judge.failed_match_conditions,
+            judge.undecided_of,
+        ),
         *(judge.of_end, fixes._with),
         *(
             judge.refusing_worlds,
             judge.assuming,
             judge.read_in_worlds,
-            facts.steered_by_options,
+            finding_facts.steered_by_options,
             assumed._options,
-            facts._remembered,
+            finding_facts._remembered,
         ),
         *(
             judge.over_both,
@@ -51,7 +67,7 @@ def forget() -> None:
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),
         *(qos_profile._deciding, qos_profile._options, qos_profile._treated_as, _plain_remembered),
-        *(derived_guarantees.give, derived_guarantees._alike, derived_guarantees._one_by_one),
+        *(pair_guarantees.guarantees_of, pair_guarantees._alike, pair_guarantees._one_by_one),
     ):
         remembered.cache_clear()
     plugins = load_plugins()

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cqos_core as cqos
 from cqos_core.analysis.baseline import read_baseline, write_baseline
-from cqos_core.analysis.runtime_logs import explain_misfits
+from cqos_core.analysis.runtime_logs import explain_mismatches
 from cqos_core.api import context
 from cqos_core.formatters.json_report import render_json
 from cqos_core.model.settings import Setting
 from cqos_core.model.style import Style
 from cqos_core.model.system import Endpoint, Overlay, Participant, System
-from cqos_core.packs.logs import misfits
+from cqos_core.packs.logs import read_mismatches
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
@@ -108,8 +108,8 @@ def log_lines(n: int) -> Model:
     def work() -> int:
         pack = load_plugins().pack("ros2")
         assert pack is not None
-        occurrences, _ = misfits("log", io.BytesIO(log), [pack.read_log])
-        return sum(len(str(each)) for each in explain_misfits(occurrences, cqos.read(text), context()))
+        occurrences, _ = read_mismatches("log", io.BytesIO(log), [pack.read_log])
+        return sum(len(str(each)) for each in explain_mismatches(occurrences, cqos.read(text), context()))
 
     return Model(len(text) + len(log), work)
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.bpmn import read
+from cqos_core.model.endpoint_rows import RowEndpoint, kinds_of, rows_of
 from cqos_core.model.problems import InputError
-from cqos_core.model.rows import RowEndpoint, kinds_of, rows_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Endpoint, System
@@ -249,15 +249,15 @@ class TestRowEndpoint:
 
     def test_says_what_it_states_now(self):
         endpoint = self.endpoint()
-        assert endpoint.said() == replace(self.endpoint()).said()
+        assert endpoint.setting_texts() == replace(self.endpoint()).setting_texts()
         assert endpoint.place is not None
         assert endpoint.place.line == 3
         assert endpoint.room is not None
         endpoint.settings["depth"] = Setting("8")
-        assert endpoint.said() != self.endpoint().said()
+        assert endpoint.setting_texts() != self.endpoint().setting_texts()
         other = self.endpoint()
         other.overlay["depth"] = Setting("8")
-        assert other.said() != self.endpoint().said()
+        assert other.setting_texts() != self.endpoint().setting_texts()
 
 
 def test_lines_of_long_documents_are_exact():

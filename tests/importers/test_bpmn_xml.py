@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from cqos_core.bpmn import read
-from cqos_core.importers.detect import claims_bpmn
+from cqos_core.importers.format_detection import claims_bpmn
 from cqos_core.importers.xml_source import parse_xml
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import ReadContext, Source
@@ -338,5 +338,5 @@ class TestClaims:
         assert not claims_bpmn(name, head)
 
     def test_needs_no_parser(self):
-        script = "import sys, cqos_core.importers.detect; sys.exit('lxml' in sys.modules)"
+        script = "import sys, cqos_core.importers.format_detection; sys.exit('lxml' in sys.modules)"
         subprocess.run([sys.executable, "-c", script], check=True)

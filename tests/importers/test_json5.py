@@ -6,15 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import MappingNode, ScalarNode, flow_text
 from cqos_core.model.source import Source
-from cqos_core.packs.documents import only_document
+from cqos_core.packs.document_importer import only_document
 
 
 def tree(data):
     """Return the documents in flow form, and the problems."""
-    reading = Reading(Source("x.json5", data if isinstance(data, bytes) else data.encode()), [], [])
+    reading = SourceReading(Source("x.json5", data if isinstance(data, bytes) else data.encode()), [], [])
     root = only_document(reading, json5=True)
     return [] if root is None else [flow_text(root)], [str(each) for each in reading.problems]
 
@@ -44,7 +44,7 @@ def test_what_json5_allows(text, expected):
 
 
 def test_places_are_those_of_the_text():
-    reading = Reading(Source("x.json5", b"{\n  // none\n  a: {\n    'b c': 'd', /* x */ e: 2 },\n}"), [], [])
+    reading = SourceReading(Source("x.json5", b"{\n  // none\n  a: {\n    'b c': 'd', /* x */ e: 2 },\n}"), [], [])
     root = only_document(reading, json5=True)
     assert isinstance(root, MappingNode)
     key, inner = root.entries["a"]
@@ -102,13 +102,13 @@ JSON = st.recursive(
 @given(JSON, st.booleans())
 def test_json_is_json5(value, ascii_only):
     text = json.dumps(value, ensure_ascii=ascii_only, indent=2)
-    reading = Reading(Source("x.json", text.encode()), [], [])
+    reading = SourceReading(Source("x.json", text.encode()), [], [])
     only_document(reading, json5=True)
     assert value is None or reading.problems == []
 
 
 @given(st.binary(max_size=60) | st.text("{}[]:,'\"\\/*\n\tab1", max_size=40).map(str.encode))
 def test_whatever_is_read_is_a_tree_or_a_located_problem(data):
-    reading = Reading(Source("x.json5", data), [], [])
+    reading = SourceReading(Source("x.json5", data), [], [])
     assert (only_document(reading, json5=True) is None) == bool(reading.problems)
     assert all(problem.place is not None and problem.place.line for problem in reading.problems)

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from cqos_core.importers.detect import claims_bpmn, claims_yaml
+from cqos_core.importers.format_detection import claims_bpmn, claims_yaml
 from tests.growth.linear import assert_linear
 
 
@@ -88,7 +88,7 @@ def loaded_by(statement):
 
 
 def test_recognising_loads_no_parser():
-    assert loaded_by("from cqos_core.importers.detect import claims_yaml; claims_yaml('a', b'cqos: 1')") == []
+    assert loaded_by("from cqos_core.importers.format_detection import claims_yaml; claims_yaml('a', b'cqos: 1')") == []
 
 
 def test_reading_loads_no_other_parser():

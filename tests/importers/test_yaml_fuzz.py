@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.files.schema import system_schema
-from cqos_core.importers.detect import claims_yaml
+from cqos_core.importers.format_detection import claims_yaml
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import System

@@ -9,7 +9,7 @@ from typing import Any, Final
 import pytest
 import yaml
 
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, TextMap, walk
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.source import Source
@@ -57,7 +57,7 @@ def maps_of_texts(data: bytes) -> int:
         return (
             0  # tags, merges and aliases, which a tree has in place no longer; and what only PyYAML's composer refuses
         )
-    reading = Reading(Source("x.yaml", data), [], [])
+    reading = SourceReading(Source("x.yaml", data), [], [])
     tree = read_tree(reading)
     if reading.problems:
         return 0
@@ -70,7 +70,7 @@ def maps_of_texts(data: bytes) -> int:
 
 def texts(data: bytes) -> list[Any]:
     """All that a tree has, but for empty values."""
-    nodes = walk(read_tree(Reading(Source("x.yaml", data), [], [])).documents)
+    nodes = walk(read_tree(SourceReading(Source("x.yaml", data), [], [])).documents)
     return [
         of_tree(node) for node in nodes if isinstance(node, TextMap) or (isinstance(node, ScalarNode) and node.text)
     ]

@@ -7,7 +7,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import (
     MappingNode,
     ScalarNode,
@@ -23,7 +23,7 @@ from tests.growth.linear import assert_linear
 
 
 def tree(data, name="f.yaml"):
-    reading = Reading(Source(name, data if isinstance(data, bytes) else data.encode()), [], [])
+    reading = SourceReading(Source(name, data if isinstance(data, bytes) else data.encode()), [], [])
     return read_tree(reading), [str(problem) for problem in reading.problems]
 
 

@@ -28,9 +28,9 @@ from tests.worlds import POST
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.api import Context
+    from cqos_core.api import CheckContext
 
-WHERE: Final[Context] = context([POST, ROS2])
+WHERE: Final[CheckContext] = context([POST, ROS2])
 PACKS: Final = (POST, ROS2)
 
 

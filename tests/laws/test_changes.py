@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from hypothesis.stateful import invariant
 
 from cqos_core import Endpoint, Participant, ProfileRef, Session, Setting, System, check
-from cqos_core.language.parsing import parse
+from cqos_core.language.parser import parse
 from cqos_core.model.changes import Changes, counted
 from cqos_core.model.spelling import TypedNames, typing_errors
 from cqos_core.model.system import Bound, ImportNote, Overlay, TeamRule
-from cqos_core.packs.meeting import Meeting, Naming
 from cqos_core.packs.rule import forbids
+from cqos_core.packs.topic_matching import Naming, TopicMatching
 from tests.laws.systems import BOTH, PACKS, Vocabulary, systems
 from tests.test_session import Editing
 from tests.worlds import POST, participant, reader, world, writer
@@ -172,7 +172,7 @@ def test_changes_of_endpoints_make_the_report_of_a_fresh_check(words, data):
 
 # What concerns several endpoints beside their topics: the parts of a system, what becomes of them, and what is added.
 TOWNS = replace(POST, rules=(forbids(parse("participant(town) > 5"), code="POST801", name="a", because="it is far"),))
-FOLDING = replace(POST, meeting=Meeting(lambda written, _: Naming(written.casefold(), written)))
+FOLDING = replace(POST, topic_matching=TopicMatching(lambda written, _: Naming(written.casefold(), written)))
 OTHER = {"more": {"template": "t", "alternative": True}}
 SHARED = {
     "rules over participants": (

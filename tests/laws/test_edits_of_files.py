@@ -11,8 +11,8 @@ from cqos_core.api import context, read
 from cqos_core.files.applying import apply_edits
 from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.model.problems import InputError
-from cqos_core.resolving.resolve import resolve
-from cqos_core.resolving.rewrites import edits_of
+from cqos_core.resolving.resolver import resolve
+from cqos_core.resolving.setting_edits import edits_of
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain, Value
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 ROOT: Final = Path(__file__).parents[2]
 FIND_PACK: Final = context().find_pack

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core import Guarantee, PairReport
-    from cqos_core.packs.guarantee import Word
+    from cqos_core.packs.guarantee import GuaranteeWord
 
 
-def value_of(word: Word, text: str) -> int | None:
+def value_of(word: GuaranteeWord, text: str) -> int | None:
     """Read a value as `explain` prints it."""
     said = {"yes": 1, "no": 0, "unknown": None, "none": word.nothing}
     value = said[text] if text in said else word.need.domain.parse(text)
@@ -40,7 +40,7 @@ def given_by(pair: Pair, **options: str) -> dict[str, dict[str, int | None]]:
     return columns(check_pair(**{**pair, "options": {**pair["options"], **options}}).guarantees)
 
 
-def no_more(word: Word, value: int | None, than: int | None) -> bool:
+def no_more(word: GuaranteeWord, value: int | None, than: int | None) -> bool:
     """Whether a value claims no more than another one; what is not known claims nothing."""
     if value is None or value == word.nothing:
         return True

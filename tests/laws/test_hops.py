@@ -9,10 +9,10 @@ import pytest
 
 from cqos_core import explain
 from cqos_core.language.values import INFINITE
-from cqos_core.matching.derived_guarantees import Cell, DerivedGuarantees, over
+from cqos_core.matching.pair_guarantees import FaultGuarantee, PairGuarantee, over_hops
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
 from tests.effort import EXPLORE
-from tests.test_bridging import PACKS, bridge, bridged, needing
+from tests.test_bridge_values import PACKS, bridge, bridged, needing
 from tests.worlds import writer
 
 SEEDS: Final = 2_000 if EXPLORE else 40
@@ -44,15 +44,15 @@ def hops(seed: int) -> list[Hop]:
     ]
 
 
-def given_by(hop: Hop) -> list[DerivedGuarantees]:
+def given_by(hop: Hop) -> list[PairGuarantee]:
     return [
-        DerivedGuarantees(WORDS[name], cells[LINK], (), {fault: Cell(value) for fault, value in cells.items()})
+        PairGuarantee(WORDS[name], cells[LINK], (), {fault: FaultGuarantee(value) for fault, value in cells.items()})
         for name, cells in hop.items()
     ]
 
 
 def joined(path: list[Hop], *, carried: bool) -> Hop:
-    given = over([given_by(hop) for hop in path], carried=carried)
+    given = over_hops([given_by(hop) for hop in path], carried=carried)
     return {each.word.name: {fault: each.under(fault) for fault in CELLS} for each in given}
 
 

@@ -10,19 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.checking import topic
+from cqos_core.checking import topic_check
 from cqos_core.checking.checker import check_system
 from cqos_core.language.expression import any_of, offered
 from cqos_core.matching import pair_outcomes, rule_set
 from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
-from cqos_core.matching.pairing import Alike, TopicShape
+from cqos_core.matching.topic_groups import GroupKey, TopicShape
 from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.packs.rule import forbids
 from tests.any_rules import any_rules
 from tests.benchmarks import inputs
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, WHERE, systems
-from tests.laws.test_compiled import PACKS, plain, with_much_in_common
+from tests.laws.test_condition_compiler import PACKS, plain, with_much_in_common
 from tests.worlds import CARE, POST
 
 
@@ -31,7 +31,7 @@ def test_pairs_have_the_report_that_their_rules_make(system):
     with patch.object(rule_set, "_WORTH_A_FUNCTION", 0):
         check_system(system, WHERE)
         known = check_system(system, WHERE)
-        with patch.object(topic, "outcome_of", return_value=None):
+        with patch.object(topic_check, "outcome_of", return_value=None):
             assert check_system(system, WHERE) == known
 
 
@@ -43,11 +43,11 @@ def test_functions_tell_which_rules_report_on_most_pairs_of_a_large_system():
         return found[-1]
 
     text = b"".join(inputs.system_file(1_000))
-    with patch.object(topic, "outcome_of", asked):
+    with patch.object(topic_check, "outcome_of", asked):
         report = cqos.check(text)
     assert sum(each is not None for each in found) > 450
     assert 10 > len({id(each) for each in found if each is not None}) > 3
-    with patch.object(topic, "outcome_of", return_value=None):
+    with patch.object(topic_check, "outcome_of", return_value=None):
         assert cqos.check(text) == report
 
 
@@ -89,7 +89,7 @@ def test_what_is_remembered_of_a_pair_is_what_its_rules_say(pack, seed):
     for publisher, subscriber in pairs:
         sides = zip((publisher, subscriber), ("publisher", "subscriber"), strict=True)
         here, there = (PairEnd(kind_of(each, role, seen), each, None) for (each, seen), role in sides)
-        alone = ((Alike(each, seen, frozenset(), False, 1),) for each, seen in (publisher, subscriber))
+        alone = ((GroupKey(each, seen, frozenset(), False, 1),) for each, seen in (publisher, subscriber))
         found.append(outcome(here, there))
         assert said(found[-1]) == said(judge_shape(TopicShape(pack, *alone)))
     assert len({id(each) for each in found}) < len(pairs) / 2

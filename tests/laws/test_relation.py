@@ -9,10 +9,10 @@ import pytest
 
 from cqos_core.api import context
 from cqos_core.language.relation import related
-from cqos_core.matching.pairing import bucket
+from cqos_core.matching.topic_groups import endpoints_by_topic
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import Acceptance, Endpoint, Participant, System
-from cqos_core.resolving.resolve import resolve
+from cqos_core.resolving.resolver import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
@@ -69,7 +69,7 @@ def a_system(pack: RulePack, seed: int) -> System:
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 def test_what_is_certain_is_what_every_combination_amounts_to(pack, seed):
     resolved = resolve(a_system(pack, seed), WHERE.find_pack).endpoints
-    endpoints = max(bucket(resolved).values(), key=len)
+    endpoints = max(endpoints_by_topic(resolved).values(), key=len)
     firsts = [each.profile.values for each in endpoints if each.role == "publisher"]
     seconds: list[tuple[Values, int]] = []
     for each in endpoints:

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core import check
+from cqos_core.model.chains import Chain, ChainStep, StatedLink
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import (
     Acceptance,
@@ -32,7 +33,6 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
-from cqos_core.model.timing import Chain, ChainStep, StatedLink
 from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError
 from cqos_core.remote.messages import report_message
 from cqos_core.remote.session_answers import EditSession, difference

@@ -8,18 +8,19 @@ from dataclasses import replace
 from typing import Final
 
 from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
-from cqos_core.matching.derived_guarantees import DerivedGuarantees, give
-from cqos_core.matching.hops import Hop, Meetings, Topics
+from cqos_core.matching.hops import Hop, PeerIndex, Topics
+from cqos_core.matching.pair_guarantees import PairGuarantee, guarantees_of
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Finding, Severity, Side, plural
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.spelling import KnownNames
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 
 
 def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
     """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
-    meeting = Meetings(by_topic)
+    meeting = PeerIndex(by_topic)
     return [
         *_without_effect(system, hops),
         *_loops(hops, meeting),
@@ -47,7 +48,7 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
                 yield core_finding("CQ502", message, place=route.place)
 
 
-def _loops(hops: Sequence[Hop], meeting: Meetings) -> list[Finding]:
+def _loops(hops: Sequence[Hop], meeting: PeerIndex) -> list[Finding]:
     """Report circles; a bridge does not take back what it published itself, so one needs two bridges."""
     findings: list[Finding] = []
     for circle in _circles(_Following(hops, meeting)):
@@ -73,14 +74,14 @@ _MOST_LISTED: Final = 25
 class _Following:
     """Which hops follow a hop; those that match the same subscriptions share the answer."""
 
-    def __init__(self, hops: Sequence[Hop], meeting: Meetings) -> None:
+    def __init__(self, hops: Sequence[Hop], meeting: PeerIndex) -> None:
         self.hops = hops
         self._meeting = meeting
         self._by_source = {hop.source.id: hop for hop in hops}
         self._shared: dict[tuple[object, ...], list[Hop]] = {}
 
     def __call__(self, hop: Hop) -> Iterator[Hop]:
-        alike = self._meeting.alike(hop.target)
+        alike = self._meeting.match_key(hop.target)
         found = self._shared.get(alike)
         if found is None:
             matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))
@@ -132,12 +133,12 @@ def _circle(start: Hop, after: _Following) -> list[Hop]:
     return [start, *way[:0:-1]]
 
 
-def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
+def _weaker(hops: Sequence[Hop], meeting: PeerIndex) -> Iterator[Finding]:
     """Note where a bridge gets more than those behind it do; what they say they need is an error of its own."""
     for hop in hops:
-        arriving = [give(publisher.profile, own.profile) for publisher, own in meeting.distinct(hop.source)]
+        arriving = [guarantees_of(publisher.profile, own.profile) for publisher, own in meeting.distinct(hop.source)]
         behind = [*meeting.distinct(hop.target)]
-        leaving = [give(own.profile, subscriber.profile) for own, subscriber in behind]
+        leaving = [guarantees_of(own.profile, subscriber.profile) for own, subscriber in behind]
         if not arriving or not leaving:
             continue
         needed = {word for _, subscriber in behind for word in subscriber.profile.needs}
@@ -159,7 +160,7 @@ def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
             yield replace(finding, sides=(side, Side(SUBSCRIBER, (hop.source.id,))))
 
 
-def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
+def _into_one(hops: Sequence[Hop], meeting: PeerIndex) -> Iterator[Finding]:
     """Warn where several topics end in one that stores less for late subscribers than there are topics."""
     together = grouped(((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), hop) for hop in hops)
     for same in together.values():
@@ -173,7 +174,7 @@ def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
             each.value
             for hop in same
             for own, subscriber in meeting.distinct(hop.target)
-            for each in give(own.profile, subscriber.profile)
+            for each in guarantees_of(own.profile, subscriber.profile)
             if each.word.name == "late_join" and each.value
         ]
         if stored and min(stored) < len(sources):
@@ -218,5 +219,5 @@ def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
         )
 
 
-def _is_given(given: Iterable[DerivedGuarantees], name: str) -> bool:
+def _is_given(given: Iterable[PairGuarantee], name: str) -> bool:
     return any(each.word.name == name and each.value is not None and not each.nothing for each in given)

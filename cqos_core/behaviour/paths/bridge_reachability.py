@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
     from collections.abc import Set as AbstractSet
 
-    from cqos_core.matching.pairing import MatchedTopic
+    from cqos_core.matching.topic_groups import MatchedTopic
 
 
 def connected(topic: MatchedTopic, met: Sequence[int]) -> list[int]:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.behaviour.paths.link_facts import rate_text
-from cqos_core.model.remarks import core_finding, listed
+from cqos_core.model.core_findings import core_finding
+from cqos_core.model.suggestions import listed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.behaviour.paths.delivery_paths import Arrivals
 from cqos_core.behaviour.paths.link_facts import LinkFacts, facts_of
-from cqos_core.language.binding import bind
+from cqos_core.language.binder import bind
 from cqos_core.language.values import INFINITE, is_plain
-from cqos_core.matching.derived_guarantees import give
-from cqos_core.matching.hops import Meetings
+from cqos_core.matching.hops import PeerIndex
+from cqos_core.matching.pair_guarantees import guarantees_of
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from cqos_core.language.expression import Condition
     from cqos_core.language.values import Value
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.model.timing import StatedLink
+    from cqos_core.model.chains import StatedLink
     from cqos_core.packs.costs import Framing, MessageFraming
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _SECOND: Final = 1_000_000_000
 _IP: Final = 20
@@ -175,7 +175,7 @@ class Budgets:
 
 def budgets(pipeline: Pipeline) -> Budgets:
     """Return what follows from the periods and sizes of a system."""
-    arrivals, meeting = Arrivals(pipeline.hops, pipeline.topics), Meetings(pipeline.topics)
+    arrivals, meeting = Arrivals(pipeline.hops, pipeline.topics), PeerIndex(pipeline.topics)
     publishers = [each for each in pipeline.endpoints if each.role == PUBLISHER]
     streams = tuple(stream for each in publishers if (stream := _stream(each, meeting, arrivals)) is not None)
     own = [each for each in pipeline.endpoints if not each.is_copy]
@@ -208,7 +208,7 @@ class StreamReader(NamedTuple):
     passes: bool | None
 
 
-def _stream(publisher: Resolved, meeting: Meetings, arrivals: Arrivals) -> Stream | None:
+def _stream(publisher: Resolved, meeting: PeerIndex, arrivals: Arrivals) -> Stream | None:
     readers = (
         StreamReader(pair[1].endpoint.participant, arrivals.profile(pair[1]), arrivals.passes(pair))
         for pair in meeting.pairs(publisher)
@@ -235,7 +235,7 @@ def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Stream
         if framing is not None:
             confirming[other] = _holds(framing.confirmed, profile, reader)
         sent.append(_message(costs.from_broker, publisher, size, profile, reader))
-        kept = next((each.value for each in give(profile, reader) if each.word.name == "late_join"), None)
+        kept = next((each.value for each in guarantees_of(profile, reader) if each.word.name == "late_join"), None)
         if kept:
             late[other] = max(late.get(other, 0), kept)
     answers = {*confirming.values()}

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import DURATION
+from cqos_core.model.chains import CHAIN_LIMITS
+from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Severity
-from cqos_core.model.remarks import core_finding
-from cqos_core.model.timing import CHAIN_LIMITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

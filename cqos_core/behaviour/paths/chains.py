@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.behaviour.paths.delivery_paths import Arrivals
 from cqos_core.behaviour.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, any_of_these, read_range
 from cqos_core.language.values import INFINITE, is_plain
-from cqos_core.matching.derived_guarantees import give, over
 from cqos_core.matching.hops import Hop
+from cqos_core.matching.pair_guarantees import guarantees_of, over_hops
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.remarks import suggestion
+from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from cqos_core.behaviour.paths.delivery_paths import Pair, Way
     from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.model.chains import Chain, ChainStep
     from cqos_core.model.settings import Place, Setting
-    from cqos_core.model.timing import Chain, ChainStep
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _PERIOD: Final = "period"
 
@@ -225,8 +225,8 @@ class _Follower:
         """Return what a way gives."""
         pairs: list[Pair] = [each for each in way if not isinstance(each, Hop)]
         carried = all(each.carries_liveliness for each in way if isinstance(each, Hop))
-        given = [give(*(self.arrivals.profile(end) for end in pair)) for pair in pairs]
-        by_word = {each.word.name: each for each in over(given, carried=carried)}
+        given = [guarantees_of(*(self.arrivals.profile(end) for end in pair)) for pair in pairs]
+        by_word = {each.word.name: each for each in over_hops(given, carried=carried)}
         passing = [self.arrivals.passes(pair) for pair in pairs]
         age, gap = (by_word.get(word) for word in ("max_age", "max_gap"))
         bound = gap.value if gap is not None and gap.value is not None and not gap.nothing else None

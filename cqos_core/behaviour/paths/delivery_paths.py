@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.hops import Hop, Meetings
+from cqos_core.matching.hops import Hop, PeerIndex
 from cqos_core.matching.judge import judge_pair
 from cqos_core.matching.peer_values import settled_profiles
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from cqos_core.matching.hops import Topics
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 Pair = tuple["Resolved", "Resolved"]
 Way = list["Pair | Hop"]
@@ -31,7 +31,7 @@ class Arrivals:
 
     def __init__(self, hops: Sequence[Hop], by_topic: Topics) -> None:
         """Find who meets whom; both arguments are what `linked` returns."""
-        self._meeting = Meetings(by_topic)
+        self._meeting = PeerIndex(by_topic)
         self._by_source = {hop.source.id: hop for hop in hops}
         self._met: dict[str, dict[str, Pair]] = {}
         self._settled: dict[int, dict[int, QosProfile]] = {}
@@ -99,7 +99,7 @@ def samples_pass(publisher: QosProfile, subscriber: QosProfile) -> bool | None:
         return False
     refusals = [
         each
-        for each in judge_pair(publisher, subscriber).spoken
+        for each in judge_pair(publisher, subscriber).violations
         if each.bound.rule.kind == "requires" and not each.bound.rule.guarantee
     ]
     if any(not each.unknown for each in refusals):

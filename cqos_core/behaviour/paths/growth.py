@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.behaviour.paths.budgets import StreamReader, history_of, stream_of
 from cqos_core.behaviour.paths.delivery_paths import samples_pass
 from cqos_core.behaviour.paths.link_facts import rate_text, size_text
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.finding import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.behaviour.paths.budgets import Stream
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
     from cqos_core.resolving.qos_profile import QosProfile
 
     Profiles = Mapping[int, QosProfile]
@@ -79,7 +79,7 @@ def _rate(stream: Stream, *, known: bool) -> float:
 def _readers(groups: Sequence[EndpointGroup], publisher: QosProfile, profiles: Profiles) -> Iterable[StreamReader]:
     for members in groups:
         profile = profiles.get(id(members), members.profile)
-        if not apart(publisher, profile):
+        if not failed_match_conditions(publisher, profile):
             passes = samples_pass(publisher, profile)
             yield from (StreamReader(each.endpoint.participant, profile, passes) for each in members.endpoints)
 

@@ -13,8 +13,8 @@ from cqos_core.model.problems import InvalidValueError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from cqos_core.model.chains import StatedLink
     from cqos_core.model.settings import Place
-    from cqos_core.model.timing import StatedLink
 
 _RATE: Final = re.compile(r"(?P<number>\d+(\.\d+)?)\s*(?P<factor>[kKMG]?)(?P<unit>bit|b|B)(/s|ps)")
 _FACTORS: Final = {"": 1, "k": 1_000, "K": 1_000, "M": 1_000_000, "G": 1_000_000_000}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack, Slip, Timing
+from cqos_core.packs import NEEDS, CommonMistake, Convention, Function, RulePack, Timing, TopicMatching
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.costs import COSTS
@@ -57,15 +57,15 @@ TIMING: Final = Timing(
 )
 
 SLIPS: Final = (
-    Slip(r"history: keep_last[ :,/_]+(\d+)", r"history: keep_last, history.depth: \1"),
-    Slip(r"queue_(?:size|length|depth): (\d+)", r"history.depth: \1"),
-    Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
-    Slip(r"liveliness: manual_by_node", "liveliness: manual_by_participant"),
-    Slip(r"durability: (?:latched|retained)|(?:retain|retained|latched): true", "durability: transient_local"),
-    Slip(r"(?:retain|retained|latched): false", "durability: volatile"),
-    Slip(r"(?:qos|reliability): (?:0|at_most_once)", "reliability: best_effort"),
-    Slip(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
-    Slip(r"sensor_data", "{reliability: best_effort, history: keep_last, history.depth: 5}"),
+    CommonMistake(r"history: keep_last[ :,/_]+(\d+)", r"history: keep_last, history.depth: \1"),
+    CommonMistake(r"queue_(?:size|length|depth): (\d+)", r"history.depth: \1"),
+    CommonMistake(r"liveliness: manual", "liveliness: manual_by_topic"),
+    CommonMistake(r"liveliness: manual_by_node", "liveliness: manual_by_participant"),
+    CommonMistake(r"durability: (?:latched|retained)|(?:retain|retained|latched): true", "durability: transient_local"),
+    CommonMistake(r"(?:retain|retained|latched): false", "durability: volatile"),
+    CommonMistake(r"(?:qos|reliability): (?:0|at_most_once)", "reliability: best_effort"),
+    CommonMistake(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
+    CommonMistake(r"sensor_data", "{reliability: best_effort, history: keep_last, history.depth: 5}"),
 )
 """Words of MQTT and ROS 2."""
 PACK: Final = RulePack(
@@ -78,7 +78,7 @@ PACK: Final = RulePack(
     dialects=DIALECTS,
     conventions=CONVENTIONS,
     functions=FUNCTIONS,
-    meeting=Meeting(
+    topic_matching=TopicMatching(
         plain="/?[A-Za-z][A-Za-z0-9_/]*",
         one_way={"ownership": "exclusive"},
         described="endpoints on one topic name, of one data type where both state it, in one domain and with a partition "
@@ -91,7 +91,7 @@ PACK: Final = RulePack(
     unaffected=UNAFFECTED,
     proofs=PROOFS,
     implementation_option="implementation",
-    slips=SLIPS,
+    common_mistakes=SLIPS,
     groups=("publishers", "subscribers"),
     codes=CODES,
     provers={"cyclonedds": "cqos_live.dds.prove.cyclone:PROVER", "fastdds": "cqos_live.dds.prove.fast:PROVER"},

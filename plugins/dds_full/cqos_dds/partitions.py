@@ -13,8 +13,8 @@ from operator import or_
 from typing import Final, TypeAlias
 
 from cqos_core.language.name_index import NameIndex
-from cqos_core.model.pattern import PatternError, pattern
-from cqos_core.model.regular import re
+from cqos_core.model.re2_patterns import PatternError, name_matcher
+from cqos_core.model.regular_expressions import re
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 
 Names: TypeAlias = tuple[str, ...]
@@ -244,7 +244,7 @@ _PLUS: Final = re.compile(r"(?:\\\+)++")
 def _as_regular_expression(name: str, expression: str) -> bool:
     translated = _PLUS.sub("+", translate(expression)).removesuffix(r"\Z").removesuffix(r"\z")
     try:
-        return pattern(_TOKEN.sub(_in_re2, translated))(name)
+        return name_matcher(_TOKEN.sub(_in_re2, translated))(name)
     except PatternError:
         return False
 

@@ -10,7 +10,7 @@ from lsprotocol.types import CodeAction, CodeActionKind, Range, TextEdit, Worksp
 
 from cqos_core.files.applying import replacements_of
 from cqos_core.formatters import wording
-from cqos_core.importers.detect import claims_yaml
+from cqos_core.importers.format_detection import claims_yaml
 from cqos_lsp.diagnostics import shown_findings, uri_of
 from cqos_lsp.positions import lines_of, where
 

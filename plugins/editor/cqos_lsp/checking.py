@@ -7,13 +7,13 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.loading import load_paths, recognise
 from cqos_core.files.merging import merge
 from cqos_core.files.opening import HEAD, find_files, read_path
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.exact_places import exact_places
+from cqos_core.model.exact_columns import with_exact_columns
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
     from cqos_core.plugins import ImporterInfo
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 Texts: TypeAlias = "Mapping[str, bytes]"
 """The open documents by real path."""
@@ -214,7 +214,7 @@ class Checker:
         if loaded.systems:
             merged = merge([system for _, system in loaded.systems])
             system = replace(project.config.apply_to(merged), sources=merged.sources)
-            unit.system = tried_out(system, project.config.protocol)
+            unit.system = with_profiles_tried(system, project.config.protocol)
             read = {*files, *map(os.path.realpath, merged.sources)}
             unit.stamps = {path: _stamp(path, texts) for path in read}
         return unit
@@ -225,7 +225,7 @@ def _judge(unit: _Unit, step: Step) -> None:
     system, project = unit.system, unit.project
     if system is None or (unit.last is not None and unit.last.system is system and unit.last.project is project):
         return
-    report = exact_places(check_system(system, project.where, step), system.sources)
+    report = with_exact_columns(check_system(system, project.where, step), system.sources)
     unit.last = Analysis(unit.files, system, report, Pipeline(system, project.where).endpoints, project)
 
 

@@ -14,7 +14,7 @@ from cqos_lsp.positions import lines_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_lsp.checking import Analysis
     from cqos_lsp.positions import Units
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_lsp.checking import Analysis
     from cqos_lsp.marks import Mark
     from cqos_lsp.names import Name

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from cqos_core.importers.detect import claims_yaml
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.format_detection import claims_yaml
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import MappingNode, SequenceNode
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
@@ -98,7 +98,7 @@ def names_in(name: str, data: bytes) -> tuple[Name, ...]:
     if not claims_yaml(name, data[:_HEAD]):
         return ()
     source = Source(name, data)
-    documents = read_tree(Reading(source, [], [])).documents
+    documents = read_tree(SourceReading(source, [], [])).documents
     return tuple(found for document in documents for found in _names(document, (), name))
 
 

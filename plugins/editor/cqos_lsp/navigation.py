@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lsprotocol.types import DocumentSymbol, Location, Position, Range, SymbolKind, TextEdit, WorkspaceEdit
 
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.applying import read_texts
 from cqos_core.files.editing import is_json, scalar
 from cqos_core.files.merging import merge
@@ -156,7 +156,7 @@ def _refuse_others(analysis: Analysis, texts: Mapping[str, bytes], name: Name, n
     except InputError as error:
         raise CqosError(f"with the name `{new}` the files cannot be read: {error.problems[0].message}") from None
     merged = merge(systems)
-    system = tried_out(project.config.apply_to(merged), project.config.protocol)
+    system = with_profiles_tried(project.config.apply_to(merged), project.config.protocol)
     before, after = _shape(analysis.report), _shape(check_system(system, project.where))
     if before != after:
         what = f"`{name.text}` cannot become `{new}`"

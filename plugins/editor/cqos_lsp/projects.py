@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.config import NAME, SHARED_NAME, Config, find_config, load_config
 from cqos_core.files.opening import read_path
-from cqos_core.matching.pipeline import Context, context
+from cqos_core.matching.pipeline import CheckContext, context
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
@@ -46,7 +46,7 @@ class Project:
     """
 
     config: Config
-    where: Context
+    where: CheckContext
     packs: tuple[RulePack, ...] = ()
     problems: tuple[Problem, ...] = ()
 

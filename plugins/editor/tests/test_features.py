@@ -12,7 +12,7 @@ from cqos_core.importers import yaml_form
 from cqos_core.language.policy import NEED
 from cqos_core.packs import ENDPOINT
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.misread import can_be_stated
+from cqos_core.resolving.unknown_names import can_be_stated
 from plugins.editor.tests.client import RefusedError
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -132,7 +132,7 @@ _BATCH: Final = 20_000
 
 def _numbered(keys: Sequence[str], profiles: FleetProfiles, store: TableStore) -> Frame:
     """Resolve distinct rows of texts, as endpoints of a topic whose name means nothing; return them with their profiles."""
-    plain = next((each for each in _PLAIN_TOPICS if re.fullmatch(profiles.pack.meeting.plain, each)), "topic")
+    plain = next((each for each in _PLAIN_TOPICS if re.fullmatch(profiles.pack.topic_matching.plain, each)), "topic")
     found: dict[str, list[Any]] = {each: [] for each in (*keys, "p")}
     for row, number, _ in _resolved(store.rows("texts"), profiles, topic=plain, participant="participant"):
         for each in keys:
@@ -233,20 +233,20 @@ def _counted(groups: Frame, table: Frame) -> Frame:
 
 def _is_special(profiles: FleetProfiles) -> nw.Expr | None:
     """Return whether the name of a topic has to be resolved, or the pack has conventions about it; None: never."""
-    plain = profiles.pack.meeting.plain
+    plain = profiles.pack.topic_matching.plain
     if not plain:
         return None
     known = "|".join(pattern_of(each.pattern) for each in profiles.pack.conventions)
     name = nw.col("topic")
     unclear = ~name.str.contains(rf"(?s)\A(?:{plain})\z")
-    if profiles.pack.meeting.longest is not None:
-        unclear = unclear | (name.str.len_chars() > profiles.pack.meeting.longest)
+    if profiles.pack.topic_matching.longest is not None:
+        unclear = unclear | (name.str.len_chars() > profiles.pack.topic_matching.longest)
     return unclear | name.str.contains(rf"(?s)\A(?:{known})\z") if known else unclear
 
 
 def _named(rows: Frame, keys: Sequence[str], profiles: FleetProfiles, store: TableStore) -> Frame:
     """Resolve endpoints together with the names of their topics; return groups of them by the names that they match on."""
-    plain = nw.col("topic").str.contains(rf"(?s)\A(?:{profiles.pack.meeting.plain})\z")
+    plain = nw.col("topic").str.contains(rf"(?s)\A(?:{profiles.pack.topic_matching.plain})\z")
     owner = nw.when(plain).then(nw.lit("participant")).otherwise(nw.col("participant"))
     columns = ["system", *keys, "topic", "participant"]
     distinct = rows.with_columns(owner.alias("participant")).group_by(*columns).agg(nw.len().alias("number"))
@@ -283,7 +283,9 @@ def _similar(topics: Frame, profiles: FleetProfiles, store: TableStore) -> Frame
     """Return the topics whose names may be meant by those with one side, and the latter."""
     no_publisher, no_subscriber = (nw.col(each) == 0 for each in COUNTS)
     kinds = {OFFERED: no_subscriber, REQUESTED: no_publisher, BUSY: ~no_publisher & ~no_subscriber}
-    return keep_similar({sides: topics.filter(which) for sides, which in kinds.items()}, profiles.pack.meeting, store)
+    return keep_similar(
+        {sides: topics.filter(which) for sides, which in kinds.items()}, profiles.pack.topic_matching, store
+    )
 
 
 def _grouped(found: _Topics, wanted: Frame) -> Frame:

@@ -18,7 +18,7 @@ from cqos_core.matching.judge import ask
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, System
 from cqos_core.resolving.profiles import conventional
-from cqos_core.resolving.resolve import Resolver
+from cqos_core.resolving.resolver import Resolver
 from cqos_fleet.engines import DOT
 from cqos_fleet.numbered import Numbered
 from cqos_fleet.profiles import SEVERITIES, endpoint_of, remarked, setting_name, settings_of, stated_twice
@@ -27,10 +27,10 @@ from cqos_fleet.writers import pattern_of
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.packs.completion import Folding
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Folding
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.table_store import Spool
 
 NAME: Final = "participant"
@@ -119,7 +119,7 @@ class Clients:
     def __init__(
         self,
         pack: RulePack,
-        where: Context,
+        where: CheckContext,
         options: Mapping[str, Setting],
         severity: str,
         texts: Sequence[Mapping[str, str]],
@@ -279,7 +279,7 @@ class Clients:
         values = each.profile.values
         folded = {index: _SOME for index in self._folded if isinstance(values[index], str) and values[index]}
         profile = each.profile.with_values(folded) if folded else each.profile
-        beyond = (one for bound in self.pack.beyond_topics if (one := ask(bound, values, values)) is not None)
+        beyond = (one for bound in self.pack.participant_rules if (one := ask(bound, values, values)) is not None)
         found = [*said, *((one.bound.rule.code, str(one.bound.severity)) for one in beyond if not one.unknown)]
         remarks = tuple(sorted({each for each in found if each[1] in self.severities}))
         own = any(values[index] == NAME for index in self.own)

@@ -36,7 +36,7 @@ def _refuse_lacking(feature: str, what: str, *packages: str) -> None:
     """
     lacking = [name for name in dict.fromkeys(packages) if importlib.util.find_spec(name) is None]
     if lacking:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         raise missing(feature, f"{what} needs what is not installed: {', '.join(lacking)}")
 

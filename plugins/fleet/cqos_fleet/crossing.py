@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 import narwhals as nw
 
-from cqos_core.resolving.carried import plain_texts
+from cqos_core.resolving.wire_copies import certain_texts
 from cqos_fleet.profiles import NO_SETTINGS, FleetProfiles, pack_knows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.settings import Setting
-    from cqos_core.packs.meeting import Wire
     from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.wire import Wire
     from cqos_fleet.table_store import TableStore
 
     Frame = nw.LazyFrame[Any]
@@ -31,7 +31,7 @@ def crossing_topics(
     source: Frame,
     packs: Mapping[str, RulePack],
     options: Mapping[str, Mapping[str, Setting]],
-    where: Context,
+    where: CheckContext,
     store: TableStore,
 ) -> Frame | None:
     """Return protocol, system and name of the topics on which endpoints of two protocols of a table match; None where no topic is.
@@ -65,7 +65,7 @@ def _named(
     source: Frame,
     pack: RulePack,
     options: Mapping[str, Mapping[str, Setting]],
-    where: Context,
+    where: CheckContext,
     store: TableStore,
     wire: Wire | None,
 ) -> Iterator[tuple[str, str, str | None, str | None]]:
@@ -81,5 +81,5 @@ def _named(
         for row, (number, key) in zip(batch, profiles.add(stated), strict=True):
             on_wire = None
             if wire is not None and key is not None:
-                on_wire = wire.topic(key, plain_texts(profiles.known[number].resolved))
+                on_wire = wire.topic(key, certain_texts(profiles.known[number].resolved))
             yield row["system"], row["topic"], key, on_wire

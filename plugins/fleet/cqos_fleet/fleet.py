@@ -24,7 +24,7 @@ from cqos_core.model.finding import plural
 from cqos_core.model.problems import CqosError
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.parts import nothing_follows, nothing_summed
+from cqos_core.packs.completion import nothing_follows, nothing_summed
 from cqos_fleet.audit import STAGES, Audited, audit
 from cqos_fleet.crossing import crossing_topics
 from cqos_fleet.engines import DOT, FORMATS, DuckDB, Polars, Spark
@@ -38,7 +38,7 @@ from cqos_fleet.whole_systems import NamedSystem, WholeSystems, systems_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.settings import Setting
     from cqos_core.packs.pack import RulePack
 
@@ -78,7 +78,7 @@ class WantedAudit(NamedTuple):
 
 
 def run_audit(
-    wanted: WantedAudit, where: Context, step: Callable[[str, int], None] = lambda _, __: None
+    wanted: WantedAudit, where: CheckContext, step: Callable[[str, int], None] = lambda _, __: None
 ) -> FleetResult:
     """Check a table of endpoints, or the systems of files.
 
@@ -112,7 +112,7 @@ def run_audit(
         return summed_up(found, store)
 
 
-def _refuse_unusable(wanted: WantedAudit, where: Context) -> None:
+def _refuse_unusable(wanted: WantedAudit, where: CheckContext) -> None:
     """Refuse paths and options that cannot work before anything is read."""
     path, output, work = Path(wanted.path), wanted.output, wanted.work
     if not (wanted.spark or path.exists() or "*" in wanted.path):
@@ -149,7 +149,7 @@ def _audited(
     source: Frame,
     stated: Sequence[str],
     wanted: WantedAudit,
-    where: Context,
+    where: CheckContext,
     store: TableStore,
     step: Callable[[str, int], None],
 ) -> list[Audited]:
@@ -208,7 +208,7 @@ _NOT_RESOLVED: Final = ("id", "system", "participant", "topic")
 
 
 def _as_wholes(
-    name: str, systems: Iterable[NamedSystem], wanted: WantedAudit, where: Context, store: TableStore
+    name: str, systems: Iterable[NamedSystem], wanted: WantedAudit, where: CheckContext, store: TableStore
 ) -> Audited:
     """Check what has no column form, system by system; keep the findings as a table of this name."""
     whole = WholeSystems(where, wanted.severity)
@@ -314,7 +314,7 @@ def _stamps(path: str) -> list[str]:
     return [f"{each} {each.stat().st_mtime_ns} {each.stat().st_size}" for each in _files(path)]
 
 
-def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSystem]:
+def _systems_of_files(wanted: WantedAudit, where: CheckContext) -> Iterator[NamedSystem]:
     """Yield the systems of files: those of a folder together, then each folder in it when its turn comes."""
     path, some = Path(wanted.path), False
     folders = (each for each in path.iterdir() if each.is_dir() and each.name[0] != ".") if path.is_dir() else ()
@@ -338,7 +338,7 @@ def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSyst
 # Protocols
 
 
-def _texts(source: Frame, keys: Sequence[str], where: Context, store: TableStore) -> Frame:
+def _texts(source: Frame, keys: Sequence[str], where: CheckContext, store: TableStore) -> Frame:
     """Return what rows of protocols in columns state, each once; keep which settings the rows of each protocol and role have."""
     store.keep("protocols", source.group_by("protocol").agg(nw.len().alias("number")))
     packs = {row["protocol"]: where.find_pack(row["protocol"]) for row in store.rows("protocols") if row["protocol"]}
@@ -357,7 +357,7 @@ def _texts(source: Frame, keys: Sequence[str], where: Context, store: TableStore
 
 
 def _protocols(
-    store: TableStore, wanted: WantedAudit, where: Context
+    store: TableStore, wanted: WantedAudit, where: CheckContext
 ) -> tuple[dict[str, RulePack], dict[str, set[str]]]:
     """Return by protocol the pack and the columns of settings that its rows use."""
     packs: dict[str, RulePack] = {}
@@ -388,7 +388,7 @@ def _protocols(
     return dict(sorted(packs.items())), used
 
 
-def _pack(name: str, where: Context) -> RulePack:
+def _pack(name: str, where: CheckContext) -> RulePack:
     pack = where.find_pack(name) if name else None
     if pack is None:
         known = ", ".join(sorted(where.known_packs))
@@ -398,7 +398,7 @@ def _pack(name: str, where: Context) -> RulePack:
 
 def _has_column_form(pack: RulePack) -> bool:
     """Whether nothing follows from all endpoints of a participant together, and only equal names match."""
-    return pack.complete is nothing_follows and pack.sum_up is nothing_summed and pack.meeting.match is None
+    return pack.complete is nothing_follows and pack.sum_up is nothing_summed and pack.topic_matching.match is None
 
 
 # Stages

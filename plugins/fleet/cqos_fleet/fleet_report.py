@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_fleet.audit import Audited
     from cqos_fleet.table_store import TableStore
 
@@ -240,7 +240,7 @@ class _Lines:
         self._file.close()
 
 
-def as_text(result: FleetResult, where: Context) -> str:
+def as_text(result: FleetResult, where: CheckContext) -> str:
     """Return a result for people."""
     lines = []
     for each in result.causes:

@@ -26,7 +26,7 @@ from cqos_fleet.unmatched import write_unmatched
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.settings import Setting
     from cqos_core.packs.pack import RulePack
     from cqos_fleet.clients import FoldedColumns
@@ -42,7 +42,7 @@ _OWNER: Final = ["system", "participant"]
 def audit_folded(
     source: Frame,
     pack: RulePack,
-    where: Context,
+    where: CheckContext,
     options: Mapping[str, Setting],
     severity: str,
     store: TableStore,
@@ -90,7 +90,7 @@ def audit_folded(
 def _ends(
     source: Frame,
     pack: RulePack,
-    where: Context,
+    where: CheckContext,
     options: Mapping[str, Setting],
     severity: str,
     store: TableStore,

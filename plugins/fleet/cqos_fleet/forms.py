@@ -19,7 +19,7 @@ from cqos_core.language.spans import (
     TRUE,
     UNKNOWN_TEXT,
     Bounds,
-    Form,
+    SpanNode,
     Spans,
     compared,
     compared_values,
@@ -73,11 +73,11 @@ class RuleForm(NamedTuple):
     """
 
     bound: BoundRule
-    reports: Form
-    quiet: Form
+    reports: SpanNode
+    quiet: SpanNode
 
     @property
-    def unknown(self) -> Form:
+    def unknown(self) -> SpanNode:
         """Where it cannot be decided and says so."""
         if self.bound.rule.kind != "requires":
             return FALSE
@@ -104,7 +104,7 @@ class _Columns:
         self.vocabulary = vocabulary
         self.constants = constants
 
-    def spans(self, condition: Node) -> tuple[Form, Form]:
+    def spans(self, condition: Node) -> tuple[SpanNode, SpanNode]:
         """Return where a condition surely holds and where it surely fails, as far as columns say so."""
         holds, fails, left_open = spans_of(condition, self.vocabulary, self)
         if left_open:
@@ -113,7 +113,7 @@ class _Columns:
             self.refuse(each)
         return holds, fails
 
-    def refuse(self, form: Form) -> None:
+    def refuse(self, form: SpanNode) -> None:
         """Refuse what engines cannot compute."""
         op, args = form
         if op == "read" and args[0].part == "value":
@@ -131,10 +131,10 @@ class _Columns:
         least, most = (self.column(Column(second, index, part, end)) for end in (False, True))
         return (least, least) if least == most else (least, most)
 
-    def column(self, column: Column) -> Form:
+    def column(self, column: Column) -> SpanNode:
         if column in self.constants:
-            return Form("constant", (self.constants[column],))
-        return Form("read", (column,))
+            return SpanNode("constant", (self.constants[column],))
+        return SpanNode("read", (column,))
 
     def value(self, term: Term, index: int) -> Bounds:
         """Return the columns of a policy; of an option on which both ends differ nothing is known."""
@@ -146,9 +146,9 @@ class _Columns:
         lowest, highest = value_bounds(Range(*whole(self.vocabulary.policies[index].domain)))
         if alike in {TRUE, FALSE}:
             return here if alike == TRUE else (lowest, highest)
-        return Form("if", (alike, least, lowest)), Form("if", (alike, most, highest))
+        return SpanNode("if", (alike, least, lowest)), SpanNode("if", (alike, most, highest))
 
-    def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `Reading`
+    def stated(self, second: bool, index: int, name: str, word: str | None) -> Spans:  # noqa: FBT001 - as in `ValueReader`
         if name == "stated_here":
             return compared_values("==", self.bounds(second, index, "here"), constant(1), numbers=True)
         written = self.bounds(second, index, "word")
@@ -170,7 +170,7 @@ def form_of(bound: BoundRule, constants: Constants = MappingProxyType({})) -> Ru
     return RuleForm(bound, joined("and", (fails, negated(passed))), joined("or", (holds, passed)))
 
 
-def failing(condition: Node, vocabulary: Vocabulary, constants: Constants) -> Form | None:
+def failing(condition: Node, vocabulary: Vocabulary, constants: Constants) -> SpanNode | None:
     """Return where a condition surely fails; None where it has no form."""
     try:
         return _Columns(vocabulary, constants).spans(condition)[1]
@@ -189,7 +189,7 @@ def forms_of(rules: Iterable[BoundRule]) -> tuple[list[RuleForm], list[tuple[Bou
     return found, others
 
 
-def _unmatched(bound: BoundRule, columns: _Columns) -> Iterator[Form]:
+def _unmatched(bound: BoundRule, columns: _Columns) -> Iterator[SpanNode]:
     """Yield whether the middleware of either end does not match on a policy that a rule reads."""
     policies = bound.bound.vocabulary.policies
     for index in dict.fromkeys(use.index for use in bound.bound.uses):

@@ -9,7 +9,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.spans import FALSE, TRUE, joined
 from cqos_core.language.values import Anything, Range, in_world, is_plain, worlds_of
 from cqos_core.matching.judge import ask, of_end, signals_on
-from cqos_core.matching.pairing import equal_in_pairs
+from cqos_core.matching.topic_groups import equal_in_pairs
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_fleet.forms import Column, RuleForm, cell_of, failing, form_of, forms_of, whole
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.model.memory import keep
+from cqos_core.model.caches import keep
 from cqos_core.model.system import PUBLISHER
 from cqos_fleet.clients import NAME
 from cqos_fleet.hearing import by_topic
@@ -22,7 +22,7 @@ from cqos_fleet.topic_frames import FINDING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.clients import Clients
     from cqos_fleet.far_ends import FarEnds, Visitors
     from cqos_fleet.hearing import Hearing
@@ -261,7 +261,7 @@ class Meetings:
         resolved, profile = stand_ins.add(end.p, number), known.resolved.profile
         changes: dict[int, Any] = {}
         if end.overlapping:
-            changes[pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]] = 1
+            changes[pack.vocabulary.indices[ENDPOINT, pack.topic_matching.overlapping]] = 1
         if known.own:
             # Other publishers and subscribers are of participants that are different in pairs.
             name = f"{NAME} {end.owner if end.owner >= 0 else resolved.role}"

@@ -9,16 +9,16 @@ from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import CqosError
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, System
-from cqos_core.resolving.resolve import Resolver
+from cqos_core.resolving.resolver import Resolver
 from cqos_fleet.engines import DOT
 from cqos_fleet.numbered import Numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved, ResolvedSystem
+    from cqos_core.resolving.resolved_endpoint import Resolved, ResolvedSystem
 
 SEVERITIES: Final = ("error", "warning", "note")
 NO_SETTINGS: Final = ("id", "system", "version", "role", "protocol", "participant", "topic", "type", "profile")
@@ -97,7 +97,7 @@ def remarked(result: ResolvedSystem, *owners: str) -> Iterator[tuple[Resolved, l
 class FleetProfiles:
     """The distinct profiles of one protocol; the number of one is its position in ``known``."""
 
-    def __init__(self, pack: RulePack, where: Context, severity: str, options: Mapping[str, Setting]) -> None:
+    def __init__(self, pack: RulePack, where: CheckContext, severity: str, options: Mapping[str, Setting]) -> None:
         """Begin without any; rules below ``severity`` are not asked."""
         self.pack, self.where, self.options = pack, where, options
         self.severities = SEVERITIES[: SEVERITIES.index(severity) + 1]
@@ -141,7 +141,7 @@ class FleetProfiles:
         """Return what rules say of one endpoint by itself, and of its participant."""
         values = each.profile.values
         spoken = [*judge_endpoint(each.profile, each.role, False)]
-        spoken += (said for bound in self.pack.beyond_topics if (said := ask(bound, values, values)) is not None)
+        spoken += (said for bound in self.pack.participant_rules if (said := ask(bound, values, values)) is not None)
         return tuple(
             Remark(one.bound.rule.code, one.bound.severity, one.bound.rule.because)
             for one in spoken

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     import narwhals as nw
 
-    from cqos_core.packs.meeting import Meeting
+    from cqos_core.packs.topic_matching import TopicMatching
     from cqos_fleet.table_store import TableStore
 
     Batches = Callable[[], Iterable[Sequence[Sequence[str]]]]
@@ -44,7 +44,7 @@ def _digits(names: Sequence[str]) -> list[str]:
     return found if len(found) == len(names) else [name.translate(_ONLY_DIGITS).replace("\n", "") for name in names]
 
 
-def _numbers(batch: Sequence[Sequence[str]], meeting: Meeting) -> list[list[int]]:
+def _numbers(batch: Sequence[Sequence[str]], meeting: TopicMatching) -> list[list[int]]:
     """Return numbers of the topics of a batch: a list by digits and length, and one for each fold."""
     systems, names = batch
     known = zip(systems, _digits(names), names, strict=True)
@@ -63,7 +63,7 @@ def _meeting(numbers: Sequence[Sequence[int]], seen: set[int]) -> list[int]:
 
 def keep_similar(
     names: Mapping[int, nw.LazyFrame[Any]],
-    meeting: Meeting,
+    meeting: TopicMatching,
     store: TableStore,
     more: Iterable[tuple[str, str, int]] = (),
 ) -> nw.LazyFrame[Any]:
@@ -80,7 +80,7 @@ def keep_similar(
     return store.scan("similar")
 
 
-def similar_topics(names: Mapping[int, Batches], meeting: Meeting) -> Iterator[tuple[str, str, int]]:
+def similar_topics(names: Mapping[int, Batches], meeting: TopicMatching) -> Iterator[tuple[str, str, int]]:
     """Yield the topics of one side that may be meant by another, or mean it, and those of both sides that may be meant.
 
     Args:

@@ -11,14 +11,14 @@ from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
+from cqos_core.model.caches import keep
 from cqos_core.model.grouping import grouped
-from cqos_core.model.memory import keep
 from cqos_fleet.stand_ins import StandIns
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.profiles import FleetProfiles
 
 QUIET, COLUMNS, PYTHON, ALONE, SPECIAL = range(5)
@@ -69,6 +69,6 @@ class SlowTopics:
         stand_ins = StandIns(self.profiles)
         result, verdicts = stand_ins.judged([stand_ins.add(*each) for each in shape])
         # Findings about a single profile are reported for all topics alike.
-        hits = tuple(each for each in result.outcomes.hits if each.spoken.bound.scope != "endpoint")
+        hits = tuple(each for each in result.outcomes.hits if each.violation.bound.scope != "endpoint")
         result.outcomes = result.outcomes._replace(hits=hits)
         return verdicts, stand_ins.rows(made.finding for made in result.made)

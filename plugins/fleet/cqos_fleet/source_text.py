@@ -56,7 +56,7 @@ def _head(pack: RulePack, compiled: CompiledPack) -> Iterator[str]:
     yield "Each rule gives two answers: whether it reports, and under `CODE.unknown` whether it cannot be decided."
     yield "A condition of matching that reports keeps a pair apart. A rule of a guarantee counts where that is required."
     yield "Ends match where their topics are equal."
-    if pack.meeting.match is not None:
+    if pack.topic_matching.match is not None:
         yield "A filter that matches other names needs a row for each topic that it matches."
     yield f"Assumptions, values from peers and sizes of topics are not in here; neither are {len(compiled.others)} rules:"
     for bound, reason in sorted(compiled.others, key=lambda each: each[0].rule.code):

@@ -6,8 +6,8 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.checking.partners import BusyTopics, reported_alone
-from cqos_core.checking.topic import TopicResult, settled
+from cqos_core.checking.topic_check import TopicResult, settled
+from cqos_core.checking.unmatched_endpoints import BusyTopics, reported_alone
 from cqos_core.language.relation import positions
 from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.model.codes import CODES
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.model.finding import Finding
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.clients import Clients
     from cqos_fleet.profiles import FleetProfiles
 
@@ -50,8 +50,7 @@ class StandIns:
         topic = settled(ends)
         publishers, subscribers = (
             tuple(
-                members.alike._replace(size=sum(self.counts[each.id] for each in members.endpoints))
-                for members in listed
+                members.key._replace(size=sum(self.counts[each.id] for each in members.endpoints)) for members in listed
             )
             for listed in (topic.publishers, topic.subscribers)
         )

@@ -17,7 +17,7 @@ from cqos_fleet.stand_ins import StandIns
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.clients import Clients
     from cqos_fleet.hearing import Hearing
     from cqos_fleet.table_store import Spool, TableStore
@@ -41,7 +41,7 @@ def write_unmatched(
         out: has the columns of findings.
     """
     kinds = {sides: names.filter(nw.col("sides") == sides) for sides in (OFFERED, REQUESTED, BUSY)}
-    similar = keep_similar(kinds, clients.pack.meeting, store, _reached(clients, hearing, store))
+    similar = keep_similar(kinds, clients.pack.topic_matching, store, _reached(clients, hearing, store))
     by_name = alone.join(similar.group_by(*_TOPIC).agg(nw.col("sides").max()), on=_TOPIC, how="left")
     by_name = by_name.with_columns(nw.col("sides").fill_null(0))
     columns = alone.collect_schema().names()
@@ -65,7 +65,7 @@ def _reached(clients: Clients, hearing: Hearing, store: TableStore) -> Iterator[
     far = grouped(
         (system, topic) for system, topic in store.tuples(f"names{REQUESTED}") if (system, topic) in hearing.far
     )
-    for _, fold in clients.pack.meeting.folds if far else ():
+    for _, fold in clients.pack.topic_matching.folds if far else ():
         folded: dict[str, dict[str, list[str]]] = {}
         for system, topics in far.items():
             for topic in topics:

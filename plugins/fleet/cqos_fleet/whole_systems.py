@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.checker import assemble, judge_topics
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.memory import keep, uncollected
+from cqos_core.model.caches import keep
+from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.problems import CqosError
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, System
@@ -23,7 +24,7 @@ from cqos_fleet.profiles import SEVERITIES, endpoint_of, settings_of, stated_twi
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
@@ -59,7 +60,7 @@ class WholeSystems:
         totals: as in `cqos_fleet.audit.Audited`.
     """
 
-    where: Context
+    where: CheckContext
     severity: str
     texts: Numbered[Mapping[str, str]] = field(default_factory=Numbered)
     totals: Counter[str] = field(default_factory=Counter)
@@ -79,7 +80,7 @@ class WholeSystems:
         self.totals["profiles"] = len(self.texts)
 
     def _checked(self, each: NamedSystem) -> tuple[Counter[str], list[dict[str, Any]]]:
-        with uncollected(len(each.system.endpoints)):
+        with gc_paused(len(each.system.endpoints)):
             pipeline = Pipeline(each.system, self.where)
             judged = judge_topics(pipeline)
             resolved = pipeline.resolver.result

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     import narwhals as nw
 
-    from cqos_core.language.spans import Form
+    from cqos_core.language.spans import SpanNode
     from cqos_core.language.vocabulary import Vocabulary
     from cqos_fleet.forms import Column
 
@@ -40,7 +40,7 @@ class Spelling(NamedTuple):
     matches: Callable[[str, str], str]
 
 
-def written(form: Form, spelling: Spelling) -> str:
+def written(form: SpanNode, spelling: Spelling) -> str:
     """Return a form in a language of text."""
     op, args = form
     if op == "read":
@@ -67,7 +67,7 @@ def written(form: Form, spelling: Spelling) -> str:
     return spelling.chosen(f"({parts[0]} > {room})", infinite, together)
 
 
-def expression(form: Form, column: Callable[[Column], nw.Expr]) -> nw.Expr:
+def expression(form: SpanNode, column: Callable[[Column], nw.Expr]) -> nw.Expr:
     """Return a form as an expression of Narwhals; ``column`` gives that of a column."""
     import narwhals as nw
 
@@ -99,7 +99,7 @@ def expression(form: Form, column: Callable[[Column], nw.Expr]) -> nw.Expr:
     return nw.when(left > room).then(infinite).otherwise(together)
 
 
-def _quotient(factor: Form) -> int:
+def _quotient(factor: SpanNode) -> int:
     """Return how often a constant factor goes into infinite."""
     return INFINITE // factor.args[0] if factor.args[0] else INFINITE
 

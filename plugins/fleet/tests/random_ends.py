@@ -6,8 +6,8 @@ import random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.api import context
+from cqos_core.language.bound_condition import NO_SIGNAL
 from cqos_core.language.domains import Names
-from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import Literal
 from cqos_core.language.policy import UNMATCHED
 from cqos_core.language.values import ANYTHING, INFINITE, UNREAD, WrittenValue

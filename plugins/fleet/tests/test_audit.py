@@ -187,8 +187,10 @@ def test_plain_names_are_what_endpoints_match_on(protocol):
 
     pack = load_plugins().pack(protocol)
     for name in ("/a", "/robot_1/scan", "/a/b_c/d", "Square", "a", "/a__b", "/_a", "/1a", "/a/", "~/x", "a b"):
-        if re.fullmatch(pack.meeting.plain, name):
-            named = pack.meeting.resolve(name, NameContext("/ns/node", None, {}, {}, "message", "yaml", "publisher"))
+        if re.fullmatch(pack.topic_matching.plain, name):
+            named = pack.topic_matching.resolve(
+                name, NameContext("/ns/node", None, {}, {}, "message", "yaml", "publisher")
+            )
             assert (named.key, named.problems) == (name, ())
 
 

@@ -13,7 +13,7 @@ from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.files.exporting import ExportContext
 from cqos_core.files.yaml_writer import write
-from cqos_core.plugins import load_plugins
+from cqos_core.matching.pipeline import context
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -49,7 +49,8 @@ def check_snapshot(output: str | None, inputs: Iterable[str], *, watch: bool) ->
 
 def write_snapshot(system: System, head: str, output: str | None) -> None:
     """Write a system with a comment above it, to a file or to standard output."""
-    exported = write(system, ExportContext(load_plugins().pack, settings={"profiles": "shared"}))
+    where = context()
+    exported = write(system, ExportContext(where.find_pack, settings={"profiles": "shared"}, find_rule=where.find_rule))
     text = f"{head}{exported.text}"
     if output is None:
         emit(text)

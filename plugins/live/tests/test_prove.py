@@ -13,7 +13,7 @@ from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context, read
 from cqos_core.model.finding import Verdict
 from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport
-from cqos_core.packs.proving import Fault
+from cqos_core.packs.prover import Fault
 from cqos_live.prove.outcomes import claims, fixed
 
 BPMN = Path(__file__).resolve().parents[3] / "examples" / "smart_agriculture_incompatible.bpmn"

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack, Slip, Timing
+from cqos_core.packs import (
+    NEEDS,
+    CommonMistake,
+    Convention,
+    Derivation,
+    Dialect,
+    Function,
+    RulePack,
+    Timing,
+    TopicMatching,
+)
 from cqos_mqtt import filters, names, queues, sessions
 from cqos_mqtt.broker_policies import IMPLEMENTATION
 from cqos_mqtt.costs import COSTS
@@ -75,19 +85,19 @@ NOT_CHECKED: Final = (
 )
 
 SLIPS: Final = (
-    Slip(r"(?:qos|reliability): best[_ ]effort", "qos: 0"),
-    Slip(r"(?:qos|reliability): reliable", "qos: 1"),
-    Slip(r"qos: (?:at_most_once|qos ?0)", "qos: 0"),
-    Slip(r"qos: (?:at_least_once|qos ?1)", "qos: 1"),
-    Slip(r"qos: (?:exactly_once|qos ?2)", "qos: 2"),
-    Slip(r"(?:qos ?)?([012])", r"{qos: \1}"),
-    Slip(r"at_most_once|best[_ ]effort|sensor_data", "{qos: 0}"),
-    Slip(r"at_least_once|reliable", "{qos: 1}"),
-    Slip(r"exactly_once", "{qos: 2}"),
-    Slip(r"retain(?:ed)?", "{retain: true}"),
-    Slip(r"durability: (?:transient_local|transient|persistent)|latched: true", "retain: true"),
-    Slip(r"durability: volatile|latched: false", "retain: false"),
-    Slip(r"(?:lifespan|ttl|expiry): (.+)", r"message_expiry: \1"),
+    CommonMistake(r"(?:qos|reliability): best[_ ]effort", "qos: 0"),
+    CommonMistake(r"(?:qos|reliability): reliable", "qos: 1"),
+    CommonMistake(r"qos: (?:at_most_once|qos ?0)", "qos: 0"),
+    CommonMistake(r"qos: (?:at_least_once|qos ?1)", "qos: 1"),
+    CommonMistake(r"qos: (?:exactly_once|qos ?2)", "qos: 2"),
+    CommonMistake(r"(?:qos ?)?([012])", r"{qos: \1}"),
+    CommonMistake(r"at_most_once|best[_ ]effort|sensor_data", "{qos: 0}"),
+    CommonMistake(r"at_least_once|reliable", "{qos: 1}"),
+    CommonMistake(r"exactly_once", "{qos: 2}"),
+    CommonMistake(r"retain(?:ed)?", "{retain: true}"),
+    CommonMistake(r"durability: (?:transient_local|transient|persistent)|latched: true", "retain: true"),
+    CommonMistake(r"durability: volatile|latched: false", "retain: false"),
+    CommonMistake(r"(?:lifespan|ttl|expiry): (.+)", r"message_expiry: \1"),
 )
 """Words of ROS 2 and DDS, and names of qualities where MQTT has numbers."""
 PACK: Final = RulePack(
@@ -101,7 +111,7 @@ PACK: Final = RulePack(
     conventions=CONVENTIONS,
     costs=COSTS,
     functions=FUNCTIONS,
-    meeting=Meeting(
+    topic_matching=TopicMatching(
         names.resolve,
         folds=(
             ("differ only in upper and lower case", names.without_case),
@@ -121,7 +131,7 @@ PACK: Final = RulePack(
     derivations=DERIVATIONS,
     proofs=PROOFS,
     implementation_option=IMPLEMENTATION.name,
-    slips=SLIPS,
+    common_mistakes=SLIPS,
     codes=CODES,
     provers={"mosquitto": "cqos_live.mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
     panel=PANEL,

@@ -9,10 +9,10 @@ from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.language.binding import bind
-from cqos_core.matching.judge import apart
+from cqos_core.language.binder import bind
+from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.grouping import grouped
-from cqos_core.model.remarks import listed
+from cqos_core.model.suggestions import listed
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_condition, broker, is_plain
 from cqos_mqtt.broker_policies import (
@@ -47,10 +47,10 @@ from cqos_mqtt.rules import EFFECTIVE
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.packs import Policy, RulePack, Value
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 Client = tuple[tuple[str, "QosProfile"], ...]
 """The subscriptions of one client: filter and values of each."""
@@ -206,7 +206,7 @@ def _is_paced(client: Iterable[QosProfile]) -> int:
 
 def _streams(topic: str, publishers: Mapping[QosProfile, int], subscriber: QosProfile) -> Iterator[Stream]:
     """Yield what comes on a topic to a subscription and takes room in the queue of its client."""
-    meeting = [(each, number) for each, number in publishers.items() if not apart(each, subscriber)]
+    meeting = [(each, number) for each, number in publishers.items() if not failed_match_conditions(each, subscriber)]
     taken = _fact(subscriber, TAKEN_EVERY)
     waits: list[bool | None] = []
     sizes: list[int | None] = []

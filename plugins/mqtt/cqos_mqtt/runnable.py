@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.packs.proving import NotRunnableError
+from cqos_core.packs.prover import NotRunnableError
 from cqos_mqtt import connection_policies as of_connection
 from cqos_mqtt import endpoint_policies as of
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.packs import Plain, Policy
-    from cqos_core.packs.proving import Plan
+    from cqos_core.packs.prover import Plan
 
 
 def known(policy: Policy, values: Mapping[str, str]) -> Plain | None:

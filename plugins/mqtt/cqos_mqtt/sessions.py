@@ -13,7 +13,7 @@ from typing import Final
 from cqos_core.model.grouping import grouped
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint
-from cqos_core.packs import ENDPOINT, Completion, Known
+from cqos_core.packs import ENDPOINT, Completion, KnownEntity
 from cqos_mqtt import names
 from cqos_mqtt.broker_policies import ACCESS
 from cqos_mqtt.connection_policies import (
@@ -42,7 +42,9 @@ NO_USER: Final = "-"
 _TRUE: Final = Setting("true", derived=True)
 
 
-def complete(participants: Sequence[Known], endpoints: Sequence[Known], brokers: Mapping[str, Known]) -> Completion:
+def complete(
+    participants: Sequence[KnownEntity], endpoints: Sequence[KnownEntity], brokers: Mapping[str, KnownEntity]
+) -> Completion:
     """Add to clients and endpoints what only the whole says of them."""
     of_participants: dict[str, dict[str, Setting]] = {}
     of_endpoints = {position: _of_the_topic(endpoint) for position, endpoint in enumerate(endpoints)}
@@ -118,13 +120,15 @@ def _has_marks(written: str) -> bool:
     return "%u" in written or "%c" in written
 
 
-def _controls(brokers: Mapping[str, Known]) -> dict[str, _Control]:
+def _controls(brokers: Mapping[str, KnownEntity]) -> dict[str, _Control]:
     """Return the access control of each broker that has one."""
     lines = {name: broker.value(ACCESS) for name, broker in brokers.items()}
     return {name: _Control(value) for name, value in lines.items() if isinstance(value, tuple)}
 
 
-def _rights(client: Known, brokers: Mapping[str, Known], controls: dict[str, _Control]) -> list[_Filters] | None:
+def _rights(
+    client: KnownEntity, brokers: Mapping[str, KnownEntity], controls: dict[str, _Control]
+) -> list[_Filters] | None:
     """Return what the access control of its broker says of a client; None where that is not known."""
     control = controls.get(_broker_of(client, brokers))
     user, own_id = client.setting(USERNAME), client.setting(CLIENT_ID)
@@ -133,14 +137,14 @@ def _rights(client: Known, brokers: Mapping[str, Known], controls: dict[str, _Co
     return control.rights(user, own_id if own_id is not None and not own_id.unknown else None)
 
 
-def _broker_of(client: Known, brokers: Mapping[str, Known]) -> str:
+def _broker_of(client: KnownEntity, brokers: Mapping[str, KnownEntity]) -> str:
     """Return the name of the broker to which a client connects; empty where that is not known."""
     named = client.setting(BROKER)
     return named.text if named is not None else next(iter(brokers)) if len(brokers) == 1 else ""
 
 
 def _brought_back(
-    endpoints: Sequence[Known], clients: Mapping[str, Known], brokers: Mapping[str, Known]
+    endpoints: Sequence[KnownEntity], clients: Mapping[str, KnownEntity], brokers: Mapping[str, KnownEntity]
 ) -> Iterable[int]:
     """Yield the publications that a bridge of the same broker publishes once more; those of the bridge itself are none."""
     back = grouped(
@@ -167,7 +171,7 @@ def _derived(text: str) -> Setting:
     return Setting(text, derived=True)
 
 
-def _allowed(endpoint: Known | Endpoint, rights: Sequence[_Filters]) -> dict[str, Setting]:
+def _allowed(endpoint: KnownEntity | Endpoint, rights: Sequence[_Filters]) -> dict[str, Setting]:
     """Say what a client may do with one endpoint."""
     topic = endpoint.topic or ""
     if endpoint.role == PUBLISHER:
@@ -189,7 +193,7 @@ def _with_dollar(topic: str) -> tuple[str, ...]:
     return (bare(topic),) if bare(topic).startswith("$") else ()
 
 
-def _of_the_topic(endpoint: Known) -> dict[str, Setting]:
+def _of_the_topic(endpoint: KnownEntity) -> dict[str, Setting]:
     """Say what kind of filter a subscription has, and whether only the broker may publish on a topic."""
     topic = endpoint.topic
     if topic is None:
@@ -201,7 +205,7 @@ def _of_the_topic(endpoint: Known) -> dict[str, Setting]:
     return {name: _TRUE for name, holds in facts.items() if holds}
 
 
-def _client_ids(participants: Iterable[Known], found: dict[str, dict[str, Setting]]) -> None:
+def _client_ids(participants: Iterable[KnownEntity], found: dict[str, dict[str, Setting]]) -> None:
     """Tell clients that have the id of another one of the same broker."""
     ids = {}
     for each in participants:
@@ -215,7 +219,7 @@ def _client_ids(participants: Iterable[Known], found: dict[str, dict[str, Settin
             found.setdefault(name, {})["client_id_taken"] = Setting("true", own.place, derived=True)
 
 
-def _of_the_client(client: str, endpoints: Sequence[Known]) -> dict[str, Setting]:
+def _of_the_client(client: str, endpoints: Sequence[KnownEntity]) -> dict[str, Setting]:
     """Say who the client is and what it subscribes to, where a rule has to know; else clients stay alike."""
     facts: dict[str, Setting] = {}
     if any(each.value(NO_LOCAL) not in {None, 0} for each in endpoints if each.role == SUBSCRIBER):
@@ -226,7 +230,7 @@ def _of_the_client(client: str, endpoints: Sequence[Known]) -> dict[str, Setting
     return facts
 
 
-def _of_several(own: Sequence[tuple[int, Known]], found: dict[int, dict[str, Setting]]) -> None:
+def _of_several(own: Sequence[tuple[int, KnownEntity]], found: dict[int, dict[str, Setting]]) -> None:
     """Tell subscriptions that replace each other, and publications with several QoS."""
     alike = grouped(((each.role, each.topic), (position, each)) for position, each in own if each.kind != WILL)
     for (role, _), several in alike.items():
@@ -238,11 +242,13 @@ def _of_several(own: Sequence[tuple[int, Known]], found: dict[int, dict[str, Set
             found[position]["repeated" if role == SUBSCRIBER else "mixed_qos"] = _TRUE
 
 
-def _written(endpoint: Known) -> tuple[object, ...]:
+def _written(endpoint: KnownEntity) -> tuple[object, ...]:
     return tuple(endpoint.value(policy) for policy in POLICIES if policy.level == ENDPOINT and not policy.derived)
 
 
-def _wills(participants: Iterable[Known], by_client: Mapping[str, Sequence[tuple[int, Known]]]) -> Iterable[Endpoint]:
+def _wills(
+    participants: Iterable[KnownEntity], by_client: Mapping[str, Sequence[tuple[int, KnownEntity]]]
+) -> Iterable[Endpoint]:
     """Yield the Will of each client that has one, as the publication that it is."""
     for each in participants:
         topic = each.setting(WILL_TOPIC)

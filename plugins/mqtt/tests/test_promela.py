@@ -12,7 +12,7 @@ from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context, read
 from cqos_core.files.exporting import ExportContext
 from cqos_core.formatters.proofs import timeline
-from cqos_core.packs.proving import Fault, Outcome
+from cqos_core.packs.prover import Fault, Outcome
 from cqos_live.prove.outcomes import disagreements, summary
 from cqos_mqtt.exporters.promela import write
 from cqos_mqtt.promela.spin import SPIN, Spin

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.checker import check_system
 from cqos_core.formatters.terminal import clean
-from cqos_core.matching.pipeline import Context, Pipeline
+from cqos_core.matching.pipeline import CheckContext, Pipeline
 from cqos_core.model.finding import Verdict
 from cqos_core.packs.export import Exported
 from cqos_pictures.graph import graph_of
@@ -44,7 +44,7 @@ def write_mermaid(system: System, context: ExportContext) -> Exported:
 
 
 def _exported(system: System, context: ExportContext, write: Callable[[DrawnGraph, str], Iterator[str]]) -> Exported:
-    where = Context(context.find_pack, default_protocol=context.default_protocol)
+    where = CheckContext(context.find_pack, default_protocol=context.default_protocol)
     picture = ends_of(Pipeline(system, where))
     graph = graph_of(check_system(system, where), picture)
     notes = tuple(f"{each}; those with the worst verdicts are" for each in graph.left_out)

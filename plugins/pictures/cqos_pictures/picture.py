@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.analysis.explanation import explained
+from cqos_core.analysis.explanation import explain_in_pipeline
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.finding import Verdict
 from cqos_core.model.problems import CqosError
@@ -15,15 +15,15 @@ from cqos_pictures.picture_parts import Picture, PicturedEnd, RequirementPath
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 MOST_PATHS: Final = 40
 
 
-def picture_of(report: Report, system: System, where: Context, runs: Sequence[Mapping[str, Any]] = ()) -> Picture:
+def picture_of(report: Report, system: System, where: CheckContext, runs: Sequence[Mapping[str, Any]] = ()) -> Picture:
     """Return what pictures of a system show beside a report of it; at most `MOST_PATHS` pairs are explained.
 
     Those of the ``runs`` are shown that are of pairs of the system.
@@ -92,7 +92,7 @@ def _wanted(pipeline: Pipeline, report: Report) -> Iterator[tuple[str, Resolved]
 def _path(pipeline: Pipeline, publisher: str, subscriber: Resolved) -> RequirementPath | None:
     needs = {name: setting.text for name, setting in subscriber.endpoint.needs.items()}
     try:
-        pair = explained(pipeline, publisher, subscriber.id)
+        pair = explain_in_pipeline(pipeline, publisher, subscriber.id)
     except CqosError:  # they match through what belongs to neither
         return None
     return RequirementPath(publisher, subscriber.id, needs, pair)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.formatters.proofs import timeline
 from cqos_core.model.finding import Verdict, plural
 from cqos_core.packs.guarantee import LINK
-from cqos_core.packs.proving import Event
+from cqos_core.packs.prover import Event
 from cqos_pictures.graph import rank
 from cqos_pictures.words import WORDS, some, state, symbol
 

@@ -8,7 +8,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import Pipeline
 
 if TYPE_CHECKING:
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
 
@@ -20,6 +20,6 @@ class CheckedSystem(NamedTuple):
     report: Report
 
 
-def checked(system: System, context: Context) -> CheckedSystem:
+def checked(system: System, context: CheckContext) -> CheckedSystem:
     """Check a system."""
     return CheckedSystem(Pipeline(system, context), check_system(system, context))

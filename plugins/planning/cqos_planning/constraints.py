@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from cqos_core.language.values import Values
-    from cqos_core.matching.pairing import MatchedTopic
+    from cqos_core.matching.topic_groups import MatchedTopic
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.qos_profile import QosProfile
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 @dataclass(slots=True, eq=False)
@@ -99,7 +99,7 @@ def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
         for side in (topic.publishers, topic.subscribers)
     )
     for end in (*offering, *requesting):
-        for bound in (*pack.by_scope.get("endpoint", ()), *pack.beyond_topics):
+        for bound in (*pack.by_scope.get("endpoint", ()), *pack.participant_rules):
             if _asked_of(bound, end, goals) and (found := _constraint(bound, topic, end, end, goals)) is not None:
                 yield found
     met = judge_shape(topic.shape).met if offering and requesting else ()
@@ -113,7 +113,7 @@ def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
 def _asked_of(bound: BoundRule, end: ChangingEnd, goals: Goals) -> bool:
     if bound.rule.severity not in goals.heard or (bound.rule.creation and end.observed):
         return False
-    return bound.role in {None, end.first.role} and end.first.carried is None
+    return bound.role in {None, end.first.role} and end.first.wire_origin is None
 
 
 def _rules_of_pair(publisher: QosProfile, subscriber: QosProfile, goals: Goals) -> Iterator[BoundRule]:

@@ -1,6 +1,6 @@
 """Conditions over values that may change, as formulas: which combinations of choices give the answer that is wanted.
 
-A condition is taken apart at ``&``, ``|`` and ``~``. What remains reads few values. The checker's own answer for each combination of
+A condition is taken apart at ``&``, ``|`` and ``~``. The remaining parts read few values. The checker's own answer for each combination of
 these values is a table. There is no second meaning of any operation. A formula allows a combination only if the checker gives the
 wanted answer. The exception are values that follow from others in a way that only a check of the whole system shows (`ReadValues.loose`).
 """
@@ -12,17 +12,17 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
-from cqos_core.language.binding import bind
-from cqos_core.language.evaluate import NO_SIGNAL
+from cqos_core.language.binder import bind
+from cqos_core.language.bound_condition import NO_SIGNAL
 from cqos_core.language.expression import AGGREGATES, Condition
 from cqos_core.language.values import WrittenValue, normalise, settled, worlds_of
+from cqos_core.model.caches import keep
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.memory import keep
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
 
-    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.language.bound_condition import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain, Values
     from cqos_core.language.vocabulary import Vocabulary
@@ -48,7 +48,7 @@ class Variable:
     """A value with its choices: number 0 leaves it as it is, number n sets it to ``values[n - 1]``.
 
     Attributes:
-        places: what decides it, the nearest first; or, with ``any_change``, whether anything of these changes.
+        places: the places that decide it, the nearest first; or, with ``any_change``, whether anything of these changes.
         numbers: per place and choice of it, the choice of the variable.
     """
 
@@ -106,12 +106,12 @@ def any_of(parts: Sequence[Formula]) -> Formula:
 
 @dataclass(frozen=True, slots=True)
 class ReadValues:
-    """Where a condition reads the values of one end.
+    """The values of one end that a condition reads.
 
     Attributes:
         values: at the moment.
         variables: by index, those that may change.
-        loose: by index, what else may change a value in a way that only a check shows.
+        loose: by index, further variables that may change a value in a way that only a check shows.
     """
 
     values: Values

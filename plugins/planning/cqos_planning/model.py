@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.checking.topic import settled
+from cqos_core.checking.topic_check import settled
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import FromPeers
 from cqos_core.model.dataclass import dataclass
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
     from cqos_core.language.values import Plain
     from cqos_core.matching.hops import Topics
-    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Edit
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_planning.constraints import Constraint, Goals
     from cqos_planning.slots import Statement
 
@@ -265,7 +265,7 @@ class _Places:
         self.indices = grouped(((pack, topic), index) for pack, topic, index in self.pools)
         for endpoints in self.topics.values():
             for endpoint in endpoints:
-                if endpoint.carried is None:
+                if endpoint.wire_origin is None:
                     self._note(endpoint)
 
     def _note(self, endpoint: Resolved) -> None:
@@ -361,7 +361,7 @@ def _loosen(model: RepairModel) -> None:
     by_endpoint = grouped((each.id, place) for place, slot in model.slots.items() for each in slot.endpoints)
     for end in dict.fromkeys(end for each in model.constraints for _, end in ends_of(each)):
         found: dict[int, tuple[Hashable, ...]] = {}
-        pack, carried = end.profile.pack, end.first.carried
+        pack, carried = end.profile.pack, end.first.wire_origin
         for index, policy in enumerate(pack.policies):
             if carried is not None and index in carried.own_index:
                 found[index] = tuple(by_endpoint.get(carried.endpoint.id, ()))

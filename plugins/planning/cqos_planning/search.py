@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.plan import PlannedChange, RepairPlan, is_known, members_of
 from cqos_core.files.applying import Edited, apply_edits
-from cqos_core.language.solve import restated
+from cqos_core.language.solutions import restated
 from cqos_core.matching.judge import ask
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Verdict
@@ -25,12 +25,12 @@ from cqos_planning.wording import ConflictWords, change_text, reason_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.matching.pairing import TopicKey
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
+    from cqos_core.matching.topic_groups import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Group, Report
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_planning.solver import Solution, Task
 
 _ROUNDS: Final = 200
@@ -45,7 +45,7 @@ _ENOUGH: Final = "no requirement needs more"
 def find_repair(
     sources: Mapping[str, bytes],
     read: Callable[[Mapping[str, bytes]], System],
-    context: Context,
+    context: CheckContext,
     *,
     keep: Sequence[str] = (),
     decide: bool = False,
@@ -135,7 +135,7 @@ class Search:
 
     sources: Mapping[str, bytes]
     read: Callable[[Mapping[str, bytes]], System]
-    context: Context
+    context: CheckContext
     importer: str | None
     before: CheckedSystem
     goals: Goals
@@ -403,6 +403,6 @@ def _answer(model: RepairModel, constraint: Constraint, chosen: Mapping[Hashable
                 for at, each in restated(values, end.profile.pack.vocabulary, index, value).items():
                     every[at] = each
         sides.append(tuple(every))
-    spoken = ask(constraint.bound, sides[0], sides[1])
+    violation = ask(constraint.bound, sides[0], sides[1])
     silent = constraint.wanted.answer
-    return silent if spoken is None else spoken.outcome.result
+    return silent if violation is None else violation.outcome.result

@@ -9,11 +9,11 @@ from cqos_core.checking.fixes import is_promise, takes
 from cqos_core.language.domains import Choice
 from cqos_core.language.expression import AGGREGATES
 from cqos_core.language.policy import BROKER, ENDPOINT, TOPIC
-from cqos_core.language.solve import may_change, turning_points
+from cqos_core.language.solutions import may_change, turning_points
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
-from cqos_core.resolving.rewrites import edits_of, profile_edit
+from cqos_core.resolving.setting_edits import edits_of, profile_edit
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.language.vocabulary import Use
     from cqos_core.model.finding import Edit
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_planning.constraints import ChangingEnd, Constraint
 
 LEVELS: Final = (ENDPOINT, "participant", BROKER, TOPIC)

@@ -31,13 +31,13 @@ class Solution(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What the solver gets.
+    """The input of the solver.
 
     Attributes:
         weights: per place the weight of each choice; choice 0 leaves it as it is.
-        formulas: what has to hold, each with what it is called in a conflicting set.
-        pins: places that must not change, each with what pins it.
-        cuts: combinations of choices that a check refused, each with what it is called.
+        formulas: conditions that have to hold, each with its name in a conflicting set.
+        pins: places that must not change, each with its cause.
+        cuts: combinations of choices that a check refused, each with its name.
         units: by name of a formula or cut, the parts of the goal with which it is given up; the others always have to hold.
         worth: per unit, how much is lost where it is given up.
         rests_on: units that are reached only with another one.
@@ -58,7 +58,7 @@ def solve(task: Task, *, give_up: bool = False) -> Solution | None:
     """Return the choices of least weight; None where nothing is possible.
 
     Args:
-        task: what to solve.
+        task: the task.
         give_up: units may be given up, of the least worth; of equal worth the least weight decides.
 
     Raises:
@@ -97,7 +97,7 @@ def conflict(task: Task, without: Collection[Hashable] = ()) -> list[Hashable]:
     """Return names of parts that exclude each other; without any one of them, the others can be reached.
 
     Args:
-        task: what cannot be solved.
+        task: a task without solution.
         without: units to leave out; the result is empty where the rest can be reached.
     """
     stated = [*(name for name, _ in task.formulas), *task.pins.values(), *(name for name, _ in task.cuts)]
@@ -130,7 +130,7 @@ def load() -> Any:
     try:
         from ortools.sat.python import cp_model
     except ImportError as error:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         raise missing("planning", f"plans need OR-tools, which is not installed ({error})") from None
     return cp_model

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.behaviour.paths.growth import LEAST_FACTOR, grown, memory_of, traffic_of
 from cqos_core.behaviour.paths.link_facts import rate_text, size_text
-from cqos_core.checking.topic import settled
-from cqos_core.language.solve import restated
+from cqos_core.checking.topic_check import settled
+from cqos_core.language.solutions import restated
 from cqos_core.language.values import is_plain
-from cqos_core.matching.derived_guarantees import give
-from cqos_core.matching.judge import apart
+from cqos_core.matching.judge import failed_match_conditions
+from cqos_core.matching.pair_guarantees import guarantees_of
 from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.plan import PlannedChange, RepairPlan
     from cqos_core.language.values import Value
-    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic, TopicKey
+    from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic, TopicKey
     from cqos_core.resolving.qos_profile import QosProfile
     from cqos_planning.checked import CheckedSystem
 
@@ -96,7 +96,7 @@ class _Prices:
             for p, s in _pairs(topic):
                 given = [
                     f"{each.word.name} {each.word.text(each.value)}"
-                    for each in give(p.profile, s.profile)
+                    for each in guarantees_of(p.profile, s.profile)
                     if each.value is not None and not each.nothing and each.word.kind != "holds"
                 ]
                 for one, other in ((a, b) for a in p.endpoints for b in s.endpoints):
@@ -130,7 +130,7 @@ def _parted(topic: MatchedTopic, members: Collection[str]) -> tuple[MatchedTopic
 def _pairs(topic: MatchedTopic) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
     for publisher in topic.publishers:
         for subscriber in topic.subscribers:
-            if not apart(publisher.profile, subscriber.profile):
+            if not failed_match_conditions(publisher.profile, subscriber.profile):
                 yield publisher, subscriber
 
 
@@ -143,8 +143,8 @@ def _bounds_changed(topic: MatchedTopic, without: Mapping[int, QosProfile]) -> I
         compared += 1
         if compared > _MOST_PAIRS:
             return
-        now = give(p.profile, s.profile)
-        then = give(without.get(id(p), p.profile), without.get(id(s), s.profile))
+        now = guarantees_of(p.profile, s.profile)
+        then = guarantees_of(without.get(id(p), p.profile), without.get(id(s), s.profile))
         for each, was in zip(now, then, strict=True):
             if each.value not in {None, was.value} and each.word.kind != "holds":
                 name, text = each.word.name, each.word.text

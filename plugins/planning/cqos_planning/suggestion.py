@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.plan import RepairPlan
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 
 def find_suggestion(
     sources: Mapping[str, bytes],
     read: Callable[[Mapping[str, bytes]], System],
-    context: Context,
+    context: CheckContext,
     *,
     importer: str | None = None,
 ) -> RepairPlan:

@@ -28,9 +28,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
-from cqos_core.packs.logs import SAME, About, Misfit
+from cqos_core.packs.logs import SAME, ListTopic, LogMismatch
 
 _PROTOCOL: Final = "ros2"
 _MESSAGE: Final = regular_expression(
@@ -74,23 +74,25 @@ _REASONS: Final = (
 )
 
 
-def read_line(line: str) -> Iterator[Misfit | About]:
+def read_line(line: str) -> Iterator[LogMismatch | ListTopic]:
     """Yield what one line reports about incompatible endpoints, or which topic the next lines are about."""
     yield from _of_nodes(line)
     for found in _RECORDER.finditer(line):
         node = _node(line[: found.start()])
         policy = found["policy"]
-        yield Misfit(_PROTOCOL, SUBSCRIBER, found["topic"], node, policy, _POLICIES[policy])
+        yield LogMismatch(_PROTOCOL, SUBSCRIBER, found["topic"], node, policy, _POLICIES[policy])
     for found in _DOCTOR.finditer(line):
-        yield from (Misfit(_PROTOCOL, PUBLISHER, found["topic"], None, *each) for each in _reasons(found["reason"]))
+        yield from (
+            LogMismatch(_PROTOCOL, PUBLISHER, found["topic"], None, *each) for each in _reasons(found["reason"])
+        )
     row = _ROW.match(line)
     if row is None:
         return
     value = row["value"].strip()
     if row["key"] == "topic [type]":
-        yield About(topic=value.partition(" [")[0])
+        yield ListTopic(topic=value.partition(" [")[0])
     elif value.startswith("ERROR"):
-        yield from (Misfit(_PROTOCOL, PUBLISHER, SAME, None, *each) for each in _reasons(value))
+        yield from (LogMismatch(_PROTOCOL, PUBLISHER, SAME, None, *each) for each in _reasons(value))
 
 
 def _reasons(text: str) -> Iterator[tuple[str | None, tuple[str, ...]]]:
@@ -100,11 +102,11 @@ def _reasons(text: str) -> Iterator[tuple[str | None, tuple[str, ...]]]:
         yield policy, _POLICIES.get(policy or "", ())
 
 
-def _of_nodes(line: str) -> Iterator[Misfit]:
+def _of_nodes(line: str) -> Iterator[LogMismatch]:
     start = 0
     for found in _MESSAGE.finditer(line):
         policy = found["policy"]
-        yield Misfit(
+        yield LogMismatch(
             protocol=_PROTOCOL,
             role=_OWN_ROLES[found["discovered"]],
             topic=found["topic"],

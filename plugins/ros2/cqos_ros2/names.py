@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final
 
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.model.regular_expressions import re, regular_expression
 from cqos_core.model.wildcards import fits
 from cqos_core.packs import NameContext, NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE
@@ -52,7 +52,7 @@ def resolve(written: str, context: NameContext) -> Naming:
     expanded = expand(text, node.namespace, node.name)
     legal = is_legal(expanded)
     if legal and wire is None and not context.remap:
-        return Naming(expanded, expanded, _remarks(expanded) if "_" in expanded else ())
+        return Naming(expanded, expanded, node.problems or (_remarks(expanded) if "_" in expanded else ()))
     rewritten = node.free_text and not legal
     if rewritten:
         expanded = expand(legal_name(text), node.namespace, node.name)
@@ -61,11 +61,11 @@ def resolve(written: str, context: NameContext) -> Naming:
         full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), full)
     own_words = text if rewritten and full == expanded else None
     if wire is None:
-        return Naming(full, own_words or full, _problems(full, own_words))
+        return Naming(full, own_words or full, node.problems or _problems(full, own_words))
     return Naming(
         wire.key.format(full),
         wire.shown.format(own_words or full),
-        _problems(full, own_words) if wire.speaks else (),
+        (node.problems or _problems(full, own_words)) if wire.speaks else (),
     )
 
 
@@ -74,7 +74,7 @@ def before(context: NameContext) -> str | None:
     if context.kind in WIRE or context.remap or _is_bridge(context.settings.get("rmw", "")):
         return None
     node = _node(context.participant, context.settings.get("namespace"), context.dialect in FREE_TEXT)
-    return expand("", node.namespace, node.name)
+    return None if node.problems else expand("", node.namespace, node.name)
 
 
 @lru_cache(maxsize=64)
@@ -83,10 +83,11 @@ def _is_bridge(rmw: str) -> bool:
 
 
 class _Node:
-    """What the names of one node are resolved with."""
+    """What the names of one node are resolved with; `problems` says why ROS 2 starts no node with this namespace."""
 
-    def __init__(self, namespace: str, name: str, *, free_text: bool) -> None:
+    def __init__(self, namespace: str, name: str, stated: str | None, *, free_text: bool) -> None:
         self.free_text = free_text
+        self.problems = _of_namespace(stated)
         self.name = legal_name(name)
         self.namespace = "/" + (legal_name(namespace) if namespace and self.free_text else namespace)
 
@@ -102,7 +103,7 @@ class _Node:
 @lru_cache(maxsize=4096)
 def _remembered(participant: str, namespace: str | None, free_text: bool) -> _Node:  # noqa: FBT001 - a cache key
     settings = {} if namespace is None else {"namespace": namespace}
-    return _Node(*_placed(participant, settings), free_text=free_text)
+    return _Node(*_placed(participant, settings), namespace, free_text=free_text)
 
 
 def _node(participant: str, namespace: str | None, free_text: bool) -> _Node:  # noqa: FBT001 - as the above
@@ -197,6 +198,15 @@ def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:
             return (NameProblem("ROS405", "error", message, advice),)
         return (NameProblem("ROS405", "error", message, f"for instance `{legal_name(full)}`"),)
     return _remarks(full)
+
+
+def _of_namespace(stated: str | None) -> tuple[NameProblem, ...]:
+    """Say why a namespace is refused (rmw_validate_namespace) although the names in it are legal without its last slash."""
+    text = (stated or "").strip()
+    if len(text) < len("a/") or not text.endswith("/"):
+        return ()
+    message = f"`{text}` is no namespace of ROS 2: it ends with a slash, so the node does not start"
+    return (NameProblem("ROS405", "error", message, f"write `namespace: {text.rstrip('/')}`"),)
 
 
 def _remarks(full: str) -> tuple[NameProblem, ...]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.later import later
-from cqos_core.packs import NEEDS, Meeting, RulePack, Slip, Timing
+from cqos_core.model.lazy_tuple import lazy_tuple
+from cqos_core.packs import NEEDS, CommonMistake, RulePack, Timing, TopicMatching
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.costs import COSTS
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.model.code_info import CodeInfo
-    from cqos_core.packs.logs import About, Misfit
+    from cqos_core.packs.logs import ListTopic, LogMismatch
 
 NOT_CHECKED: Final = (
     "whether access control (SROS 2) lets the endpoints talk to each other",
@@ -57,29 +57,31 @@ def _codes() -> tuple[CodeInfo, ...]:
     return CODES
 
 
-def _read_line(line: str) -> Iterable[Misfit | About]:
+def _read_line(line: str) -> Iterable[LogMismatch | ListTopic]:
     from cqos_ros2.logs import read_line
 
     return read_line(line)
 
 
 SLIPS: Final = (
-    Slip(r"history: keep_last[ :,/_]+(\d+)", r"history: keep_last, depth: \1"),
-    Slip(r"liveliness: manual", "liveliness: manual_by_topic"),
-    Slip(r"liveliness: manual_by_participant", "liveliness: manual_by_node"),
-    Slip(
+    CommonMistake(r"history: keep_last[ :,/_]+(\d+)", r"history: keep_last, depth: \1"),
+    CommonMistake(r"liveliness: manual", "liveliness: manual_by_topic"),
+    CommonMistake(r"liveliness: manual_by_participant", "liveliness: manual_by_node"),
+    CommonMistake(
         r"durability: (?:transient|persistent|latched|retained)|(?:retain|retained|latch|latched): true",
         "durability: transient_local",
     ),
-    Slip(r"(?:retain|retained|latch|latched): false", "durability: volatile"),
-    Slip(r"(?:qos|reliability): (?:0|at_most_once|fire_and_forget)", "reliability: best_effort"),
-    Slip(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
-    Slip(r"(?:rclcpp::)?SensorDataQoS\(\)|QoSPresetProfiles\.SENSOR_DATA(?:\.value)?", "{profile: sensor_data}"),
-    Slip(r"(?:rclcpp::)?ParametersQoS\(\)", "{profile: parameters}"),
-    Slip(r"(?:rclcpp::)?ServicesQoS\(\)", "{profile: services_default}"),
-    Slip(r"(?:rclcpp::)?SystemDefaultsQoS\(\)", "{profile: system_defaults_cpp}"),
-    Slip(r"(?:rclcpp::)?ClockQoS\(\)", "{profile: clock}"),
-    Slip(r"(?:rclcpp::)?RosoutQoS\(\)", "{profile: rosout}"),
+    CommonMistake(r"(?:retain|retained|latch|latched): false", "durability: volatile"),
+    CommonMistake(r"(?:qos|reliability): (?:0|at_most_once|fire_and_forget)", "reliability: best_effort"),
+    CommonMistake(r"(?:qos|reliability): (?:[12]|at_least_once|exactly_once)", "reliability: reliable"),
+    CommonMistake(
+        r"(?:rclcpp::)?SensorDataQoS\(\)|QoSPresetProfiles\.SENSOR_DATA(?:\.value)?", "{profile: sensor_data}"
+    ),
+    CommonMistake(r"(?:rclcpp::)?ParametersQoS\(\)", "{profile: parameters}"),
+    CommonMistake(r"(?:rclcpp::)?ServicesQoS\(\)", "{profile: services_default}"),
+    CommonMistake(r"(?:rclcpp::)?SystemDefaultsQoS\(\)", "{profile: system_defaults_cpp}"),
+    CommonMistake(r"(?:rclcpp::)?ClockQoS\(\)", "{profile: clock}"),
+    CommonMistake(r"(?:rclcpp::)?RosoutQoS\(\)", "{profile: rosout}"),
 )
 """Words of MQTT, DDS and ROS 1, and the value that has no deprecated spelling."""
 _RAW: Final = RulePack(
@@ -92,7 +94,7 @@ _RAW: Final = RulePack(
     base_preset="default",
     dialects=DIALECTS,
     conventions=CONVENTIONS,
-    meeting=Meeting(
+    topic_matching=TopicMatching(
         names.resolve,
         interfaces.expand,
         names.address,
@@ -112,8 +114,8 @@ _RAW: Final = RulePack(
     unaffected=UNAFFECTED,
     proofs=PROOFS,
     implementation_option="rmw",
-    slips=SLIPS,
-    codes=later(_codes),
+    common_mistakes=SLIPS,
+    codes=lazy_tuple(_codes),
     read_log=_read_line,
     timing=TIMING,
     source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",

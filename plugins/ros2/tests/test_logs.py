@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.packs.logs import Misfit, misfits
+from cqos_core.packs.logs import LogMismatch, read_mismatches
 from cqos_ros2.logs import read_line
 from cqos_ros2.policies import POLICIES
 
@@ -53,7 +53,7 @@ def read(line):
     ],
 )
 def test_every_wording(message, role, topic, named, policies):
-    assert read(message) == [Misfit("ros2", role, topic, None, named, policies)]
+    assert read(message) == [LogMismatch("ros2", role, topic, None, named, policies)]
 
 
 @pytest.mark.parametrize(
@@ -129,13 +129,13 @@ RECORDER = (
     ],
 )
 def test_the_recorder_names_a_publisher_that_it_does_not_record(words, policy):
-    expected = Misfit("ros2", "subscriber", "/scan", "/rosbag2_recorder", policy, (policy.lower(),))
+    expected = LogMismatch("ros2", "subscriber", "/scan", "/rosbag2_recorder", policy, (policy.lower(),))
     assert read(RECORDER.format(*words)) == [expected]
 
 
 def test_the_doctor_names_topics_with_errors():
     line = "UserWarning: ERROR: QoS compatibility error found on topic '[/scan]': Best effort publisher and reliable subscription;"
-    assert read(line) == [Misfit("ros2", "publisher", "/scan", None, "RELIABILITY", ("reliability",))]
+    assert read(line) == [LogMismatch("ros2", "publisher", "/scan", None, "RELIABILITY", ("reliability",))]
 
 
 REPORT = b"""
@@ -153,7 +153,7 @@ compatibility status    : No publisher/subscriber pairs found
 
 
 def test_the_report_of_the_doctor_is_a_list():
-    found, _ = misfits("doctor.txt", io.BytesIO(REPORT), [read_line])
+    found, _ = read_mismatches("doctor.txt", io.BytesIO(REPORT), [read_line])
     assert [(each.misfit.topic, each.misfit.policies, each.place.line) for each in found] == [
         ("/scan", ("reliability",), 10),
         ("/scan", ("deadline",), 10),

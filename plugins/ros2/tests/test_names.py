@@ -38,9 +38,8 @@ def context(
         ("{node}/ping", "/my_ns", "/my_ns/driver/ping"),
         ("{ns}/ping", "/my_ns", "/my_ns/ping"),
         ("/other/{node}", "/my_ns", "/other/driver"),
-        # a namespace is taken with or without its slashes
+        # rclcpp puts the first slash before a namespace
         ("ping", "my_ns", "/my_ns/ping"),
-        ("ping", "/my_ns/", "/my_ns/ping"),
         ("ping", "", "/ping"),
         ("ping", "/a/b", "/a/b/ping"),
         # blanks around a name are stripped
@@ -49,6 +48,12 @@ def context(
 )
 def test_names_are_expanded_as_rcl_does_it(written: str, namespace: str, full: str):
     assert names.resolve(written, context(namespace)) == (full, full, ())
+
+
+def test_a_namespace_with_a_slash_at_its_end_is_refused():
+    key, shown, (problem,) = names.resolve("ping", context("/my_ns/"))
+    assert (key, shown, problem.code, problem.severity) == ("/my_ns/ping", "/my_ns/ping", "ROS405", "error")
+    assert problem.message == "`/my_ns/` is no namespace of ROS 2: it ends with a slash, so the node does not start"
 
 
 @pytest.mark.parametrize(
@@ -230,10 +235,10 @@ def test_a_remapping_to_itself_changes_nothing(name: str, other: str, target: st
     st.sampled_from(("", "fastdds", "zenoh_bridge")),
 )
 def test_what_stands_before_plain_names(name, participant, namespace, kind, dialect, rmw):
-    """The law of `Meeting.before`."""
+    """The law of `TopicMatching.before`."""
     settings = {} if namespace is None else {"namespace": namespace}
     context = NameContext(participant, None, {**settings, "rmw": rmw} if rmw else settings, {}, kind, dialect)
-    before, is_plain = names.before(context), re.compile(PACK.meeting.plain).fullmatch
+    before, is_plain = names.before(context), re.compile(PACK.topic_matching.plain).fullmatch
     full = name if is_plain(name) else f"{before}{name}"
     if before is not None and is_plain(full):
         assert names.resolve(name, context) == (full, full, ())

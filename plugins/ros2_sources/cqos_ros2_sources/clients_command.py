@@ -35,7 +35,7 @@ def learn_folder(path: str, output: str | None, calls: tuple[str, ...], *, check
             with Progress(f"learning {path}"):
                 learned = learn_clients(path, tables(calls, protocol), protocol)
         except NoParserError:
-            from cqos_core.model.features import missing
+            from cqos_core.model.optional_features import missing
 
             message = f"`{path[:120]}` has sources in C++, and their parser is not installed"
             raise missing("ros2_sources", message) from None

@@ -12,7 +12,7 @@ from cqos_core.cli.parameters import debug_option, diff_option, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError
 from cqos_core.cli.streams import emit, replace_files, say, write_new_file
-from cqos_core.importers.reading import did_you_mean
+from cqos_core.importers.source_reading import did_you_mean
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
 
@@ -175,7 +175,7 @@ def _learned(
         with Progress(f"learning {name}"):
             return learn_package(name, workspace, calls, kept, parsed)
     except NoParserError:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         message = f"`{name}` has sources in C++, and their parser is not installed"
         raise missing("ros2_sources", message) from None

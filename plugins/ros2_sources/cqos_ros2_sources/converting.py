@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cqos_core as cqos
 from cqos_core.cli.streams import emit, write_new_file
 from cqos_core.files.opening import read_path
-from cqos_core.importers.reading import did_you_mean, listed
+from cqos_core.importers.source_reading import did_you_mean, listed
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER

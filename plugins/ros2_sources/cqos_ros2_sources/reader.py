@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.model.features import missing
+from cqos_core.model.optional_features import missing
 from cqos_ros2_sources.learning import learn
 from cqos_ros2_sources.packages import NoParserError, Parsed
 

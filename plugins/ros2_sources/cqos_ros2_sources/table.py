@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import yaml
 
-from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.source_reading import did_you_mean, shown
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place
 from cqos_core.plugins import GROUP

@@ -76,7 +76,7 @@ def shape(system):
         said = tuple((value.policy.name, value.word, value.number) for value in values if not is_rmw_default(value))
         if each.endpoint.role == "subscriber":
             said = tuple(value for value in said if value[0] != "lifespan")
-        node = part.pack.meeting.address(each.endpoint.participant, part.participant.texts)
+        node = part.pack.topic_matching.address(each.endpoint.participant, part.participant.texts)
         found.append(
             (
                 node,

@@ -23,7 +23,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             "cqos_ros2_workspace.importer:read",
             options=_LAUNCH,
             folders_with="launch",
-            entrances="cqos_ros2_workspace.entrances:find",
+            folder_suggestions="cqos_ros2_workspace.entrances:find",
         )
     )
 

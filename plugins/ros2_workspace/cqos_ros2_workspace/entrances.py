@@ -8,7 +8,7 @@ import re
 import shlex
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.entrance import Entrance
+from cqos_core.model.folder_suggestion import FolderSuggestion
 from cqos_core.model.problems import InputError
 from cqos_ros2_workspace.launch_choice import entrance_of
 from cqos_ros2_workspace.sources import (
@@ -49,8 +49,8 @@ _ENDINGS: Final = (*SOURCES, *_ROBOTS, ".xml", ".yaml", ".yml", ".launch", ".txt
 _STORAGE: Final = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 
-def find(path: str, files: Sequence[str] | None) -> list[Entrance]:
-    """Return the entrances at a path; see `cqos_core.model.entrance.EntranceFinder`."""
+def find(path: str, files: Sequence[str] | None) -> list[FolderSuggestion]:
+    """Return the entrances at a path; see `cqos_core.model.folder_suggestion.FolderSuggester`."""
     if files is None:
         return [each for each in (_of_file(path),) if each is not None]
     kept = not_ignored(files)
@@ -64,7 +64,7 @@ def find(path: str, files: Sequence[str] | None) -> list[Entrance]:
     return [] if found is None else [found]
 
 
-def _of_file(path: str) -> Entrance | None:
+def _of_file(path: str) -> FolderSuggestion | None:
     lower = path.lower()
     if lower.endswith(_STORAGE):
         return _of_storage(posixpath.dirname(path) or ".", path)
@@ -84,7 +84,7 @@ def _of_file(path: str) -> Entrance | None:
     return None
 
 
-def _of_launch_file(path: str) -> Entrance:
+def _of_launch_file(path: str) -> FolderSuggestion:
     folder = workspace_around(path)
     if folder is None:
         folder = posixpath.dirname(path) or "."
@@ -92,11 +92,11 @@ def _of_launch_file(path: str) -> Entrance:
             "this is a launch file, and no workspace is around it: no folder above it has `src`, `install` or a package.xml, "
             "so packages that it names are not found"
         )
-        return Entrance(folder, message, commands=(check_command(folder, path),))
-    return Entrance(folder, "", path, f"{path} is a launch file")
+        return FolderSuggestion(folder, message, commands=(check_command(folder, path),))
+    return FolderSuggestion(folder, "", path, f"{path} is a launch file")
 
 
-def _of_node_file(path: str, shown: str) -> Entrance:
+def _of_node_file(path: str, shown: str) -> FolderSuggestion:
     from cqos_core.model.source import Source
     from cqos_ros2_workspace.nodes.reading import read_node_file
 
@@ -106,7 +106,7 @@ def _of_node_file(path: str, shown: str) -> Entrance:
         first = error.problems[0]
         line = "" if first.place is None or first.place.line is None else f", line {first.place.line}"
         message = f"{shown} is a node file that cannot be used{line}: {first.message}"
-        return Entrance("", message, commands=(f"cqos learn {shlex.quote(package_around(path) or '.')}",))
+        return FolderSuggestion("", message, commands=(f"cqos learn {shlex.quote(package_around(path) or '.')}",))
     message = (
         f"{shown} is a node file: it states the endpoints of nodes of the package `{known.package}`, and a check reads it where "
         "a launch file starts these nodes"
@@ -117,18 +117,18 @@ def _of_node_file(path: str, shown: str) -> Entrance:
         ways = [each for each in find(folder, all_below(folder)) if each.choices]
         if ways:
             likely = ways[0]
-            return Entrance("", message, commands=(check_command(likely.folder, likely.choices[0]),))
-        return Entrance("", message, commands=new_launch(folder, nodes))
+            return FolderSuggestion("", message, commands=(check_command(likely.folder, likely.choices[0]),))
+        return FolderSuggestion("", message, commands=new_launch(folder, nodes))
     new = f"check_{plain(known.package)}"
     commands = (
         f"mkdir -p {new} && cp {shlex.quote(path)} {new}",
         new_manifest(known.package, new),
         *new_launch(new, nodes),
     )
-    return Entrance("", message, commands=commands)
+    return FolderSuggestion("", message, commands=commands)
 
 
-def _of_package_file(path: str) -> Entrance | None:
+def _of_package_file(path: str) -> FolderSuggestion | None:
     """Return the command that checks the workspace of a file that no importer reads alone."""
     folder = workspace_around(path)
     if folder is None or package_around(path) is None:
@@ -141,20 +141,20 @@ def _of_package_file(path: str) -> Entrance | None:
         "this file has no quality of service of its own, and a check reads it where a launch file starts its nodes"
     )
     commands = (check_command(likely.folder, likely.choices[0]),) if likely.choices else likely.commands
-    return Entrance("", message, commands=commands)
+    return FolderSuggestion("", message, commands=commands)
 
 
-def _of_storage(folder: str, path: str = "") -> Entrance:
+def _of_storage(folder: str, path: str = "") -> FolderSuggestion:
     what = f"{'this' if path else posixpath.basename(path) or 'this folder'} is the storage of a rosbag2 recording"
     shown = shlex.quote(folder)
     if os.path.isfile(posixpath.join(folder, "metadata.yaml")):  # noqa: PTH113
         message = f"{what}; its quality of service stands in `metadata.yaml` beside it"
-        return Entrance("", message, commands=(f"cqos check {shown}",))
+        return FolderSuggestion("", message, commands=(f"cqos check {shown}",))
     message = f"{what} without `metadata.yaml`, in which its quality of service stands; `ros2 bag reindex` writes it"
-    return Entrance("", message, commands=(f"ros2 bag reindex {shown}", f"cqos check {shown}"))
+    return FolderSuggestion("", message, commands=(f"ros2 bag reindex {shown}", f"cqos check {shown}"))
 
 
-def _of_workspaces(path: str, launches: Sequence[str], manifests: Sequence[str]) -> list[Entrance]:
+def _of_workspaces(path: str, launches: Sequence[str], manifests: Sequence[str]) -> list[FolderSuggestion]:
     """Return an entrance for each workspace in a folder, or that the folder is in."""
     package = None if any(posixpath.dirname(each) == path.rstrip("/") for each in manifests) else package_around(path)
     groups: dict[str, tuple[list[str], list[str]]] = {}
@@ -168,7 +168,7 @@ def _of_workspaces(path: str, launches: Sequence[str], manifests: Sequence[str])
             for each in each_kind:
                 groups[next(folder for folder in folders if is_below(folder, each))][number].append(each)
     with_launch = [folder for folder, (own, _) in groups.items() if own]
-    found: list[tuple[Entrance, int]] = []
+    found: list[tuple[FolderSuggestion, int]] = []
     for folder, (own, packages) in groups.items():
         if own:
             inside = [posixpath.dirname(each) for each in packages]
@@ -205,7 +205,7 @@ def _workspaces(path: str, packages: Iterable[str], launches: Iterable[str]) -> 
     return sorted(kept, key=lambda each: (-each.count("/"), each))
 
 
-def _without_package(path: str, files: Sequence[str]) -> Entrance | None:
+def _without_package(path: str, files: Sequence[str]) -> FolderSuggestion | None:
     """Return what to do with sources or storages of recordings that lie in no package below the path."""
     storages = [each for each in files if each.lower().endswith(_STORAGE)]
     bare = [folder for each in storages if not os.path.isfile(f"{(folder := posixpath.dirname(each))}/metadata.yaml")]  # noqa: PTH113

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import listed
+from cqos_core.importers.source_reading import listed
 from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
 from cqos_core.model.settings import EVERY_OTHER, Place

@@ -6,8 +6,8 @@ import os
 import posixpath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.entrance import Entrance
 from cqos_core.model.finding import plural
+from cqos_core.model.folder_suggestion import FolderSuggestion
 from cqos_ros2_workspace.surroundings import is_test
 
 if TYPE_CHECKING:
@@ -21,7 +21,9 @@ _MOST_SHOWN: Final = 8
 _MOST_INCLUDES: Final = 4
 
 
-def entrance_of(folder: str, launches: Sequence[str], packages: Sequence[str], *, alone: bool) -> tuple[Entrance, int]:
+def entrance_of(
+    folder: str, launches: Sequence[str], packages: Sequence[str], *, alone: bool
+) -> tuple[FolderSuggestion, int]:
     """Return the entrance to a workspace, and how much its first choice starts.
 
     The entrance is its launch file, or the choice among those that no other includes.
@@ -55,7 +57,7 @@ def entrance_of(folder: str, launches: Sequence[str], packages: Sequence[str], *
     what = plural(len(counted), "launch file")
     value = names[first] if reason else ""
     choices = tuple(names[each] for each in roots)
-    entrance = Entrance(folder, what, value, reason, choices, (*details,), inside=(*packages,))
+    entrance = FolderSuggestion(folder, what, value, reason, choices, (*details,), inside=(*packages,))
     return entrance, sum(weights[roots[0]])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.reading import listed
+from cqos_core.importers.source_reading import listed
 from cqos_core.model.finding import plural
 from cqos_ros2.importers.workspace_codes import note
 from cqos_ros2_workspace.launch.values import Unknown

@@ -15,7 +15,7 @@ from cqos_ros2_workspace.parameters import ParameterReader, Sections
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.model.settings import Place
     from cqos_ros2_workspace.launch.started import Instance, Launched
     from cqos_ros2_workspace.launch.workspace import Workspace

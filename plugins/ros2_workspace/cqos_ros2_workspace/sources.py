@@ -8,8 +8,8 @@ import re
 import shlex
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.entrance import Entrance
 from cqos_core.model.finding import plural
+from cqos_core.model.folder_suggestion import FolderSuggestion
 from cqos_core.model.problems import MissingError
 from cqos_ros2_workspace.surroundings import MANIFEST, all_below, as_written, content
 
@@ -32,7 +32,7 @@ _MOST_LEARNED: Final = 10
 _NEW: Final = "nodes.launch.yaml"
 
 
-def of_sources(path: str, folder: str | None) -> Entrance | None:
+def of_sources(path: str, folder: str | None) -> FolderSuggestion | None:
     """Return the commands that read sources and check what their programs do."""
     from cqos_ros2_workspace.executables import executables_of
     from cqos_ros2_workspace.launch.workspace import find_packages
@@ -56,7 +56,7 @@ def of_sources(path: str, folder: str | None) -> Entrance | None:
         nodes = _learned(packages, workspace)
     learn = f"cqos learn {shlex.quote(folder)}"
     inside = tuple(as_written(workspace.packages[name], folder) for name in packages)
-    return Entrance(folder, message, commands=(learn, *new_launch(folder, nodes)), inside=inside)
+    return FolderSuggestion(folder, message, commands=(learn, *new_launch(folder, nodes)), inside=inside)
 
 
 def _learned(packages: Sequence[str], workspace: Workspace) -> list[tuple[str, str]]:
@@ -81,7 +81,7 @@ def _has_sources(workspace: Workspace, package: str) -> bool:
     return any(ROS.search(content(each)) for each in paths[:MOST_SOURCES])
 
 
-def _loose(folder: str, sources: Sequence[str]) -> Entrance:
+def _loose(folder: str, sources: Sequence[str]) -> FolderSuggestion:
     """Return the commands that make a folder of sources a package, and check what its programs do."""
     package, shown = plain(posixpath.basename(os.path.realpath(folder))).lower(), shlex.quote(folder)
     message = "sources of ROS 2 nodes outside of any package, and C-QoS reads the sources of packages"
@@ -105,14 +105,14 @@ def _loose(folder: str, sources: Sequence[str]) -> Entrance:
         added = " ".join(f"add_executable({name} {path})" for name, path in programs.items())
         commands.append(f"echo '{added}' > {shlex.quote(posixpath.join(folder, 'CMakeLists.txt'))}")
     nodes = [(package, name) for name in (*scripts, *programs)]
-    return Entrance(folder, message, commands=(*commands, f"cqos learn {shown}", *new_launch(folder, nodes)))
+    return FolderSuggestion(folder, message, commands=(*commands, f"cqos learn {shown}", *new_launch(folder, nodes)))
 
 
-def of_clients(folder: str, what: str) -> Entrance:
+def of_clients(folder: str, what: str) -> FolderSuggestion:
     """Return the commands that learn clients of brokers from sources, and check them."""
     output = shlex.quote(posixpath.join(folder, "systems"))
     message = f"{what}; `cqos learn` writes a system file from them"
-    return Entrance(
+    return FolderSuggestion(
         folder, message, commands=(f"cqos learn {shlex.quote(folder)} --output {output}", f"cqos check {output}")
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.exporting import Exported, unique
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_dds.exporters.xml_form import Stated
 
 _NAMESPACE: Final = "http://www.omg.org/spec/DDS-XML"
@@ -87,7 +87,7 @@ class _File:
         self.stated = system
         self.alone = not system.endpoints
         # Unused profiles are written as what writers and readers would get from them.
-        self.system = tried_out(system, PROTOCOL) if self.alone else system
+        self.system = with_profiles_tried(system, PROTOCOL) if self.alone else system
         self.with_participants = not self.alone and context.settings.get("participants") != "without"
         self.context = context
         self.notes: dict[str, None] = {}

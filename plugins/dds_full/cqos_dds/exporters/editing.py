@@ -14,7 +14,7 @@ from cqos_core.files.editing import difference
 from cqos_core.model.encoding import Lines
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.packs import Choice
 from cqos_dds.exporters.dds_xml import SPELLING as OMG_SPELLING
 from cqos_dds.exporters.fastdds_xml import SPELLING as FAST_SPELLING

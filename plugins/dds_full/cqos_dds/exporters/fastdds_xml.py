@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.files.exporting import Exported, unique
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.files.exporting import ExportContext
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_dds.exporters.xml_form import Stated
 
 _NAMESPACE: Final = "http://www.eprosima.com"
@@ -51,7 +51,7 @@ def write(system: System, context: ExportContext) -> Exported:
     names: dict[str, set[str]] = {tag: set() for tag in _TAGS.values()}
     count = 0
     alone = not system.endpoints
-    for each, part in dds_endpoints(tried_out(system, PROTOCOL) if alone else system, context, notes):
+    for each, part in dds_endpoints(with_profiles_tried(system, PROTOCOL) if alone else system, context, notes):
         if alone and only_on_some_topics(each, notes):
             continue
         values = stated(each, part, notes)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Endpoint, Participant, System, Topic
     from cqos_core.packs import Policy, Value
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 PROTOCOL: Final = "dds"
 _SECOND: Final = 1_000_000_000

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import Overlay

@@ -8,9 +8,9 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml
-from cqos_core.model.memory import uncollected
+from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.problems import InputError
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
@@ -31,7 +31,7 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: it is no XML, no DDS-XML, or has values that are none; with every problem found.
     """
-    with uncollected():
+    with gc_paused():
         root = parse_xml(source, MOST_TAGS)
         if local(root) == "dds" and children(root, "profiles") and not children(root, *_LIBRARIES):
             # Types before the profiles may fill all that is looked at to recognise the format.
@@ -42,7 +42,7 @@ def read(source: Source, context: ReadContext) -> System:
 
 def _beside(own: Source, context: ReadContext) -> Callable[[str], list[Entities]]:
     """Return what says which of the files beside ``own`` hold a word, and what these define."""
-    known: dict[str, Entities] = context.family.known
+    known: dict[str, Entities] = context.group.known
 
     def defined(source: Source) -> Entities:
         if source.name not in known:
@@ -55,9 +55,7 @@ def _beside(own: Source, context: ReadContext) -> Callable[[str], list[Entities]
         return known[source.name]
 
     def beside(word: str) -> list[Entities]:
-        return [
-            defined(each) for each in context.family.sources if word.encode() in each.data and each.name != own.name
-        ]
+        return [defined(each) for each in context.group.sources if word.encode() in each.data and each.name != own.name]
 
     return beside
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.model.regular import regular_expression
+from cqos_core.model.regular_expressions import regular_expression
 
 # What may stand before the first element; possessive, so that the time is linear whatever stands there.
 _PROLOG: Final = regular_expression(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.source_reading import did_you_mean, shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Room, Scope, Topic

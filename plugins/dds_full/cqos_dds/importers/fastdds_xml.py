@@ -10,9 +10,9 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
-from cqos_core.model.memory import uncollected
+from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Room, Scope, Topic
 from cqos_dds.extension_policies import TOPIC_KIND
@@ -70,7 +70,7 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses; with every problem found.
     """
-    with uncollected():
+    with gc_paused():
         root = parse_xml(source, MOST_TAGS)
         expand(root, context)
         return _File(source, context).read(root)

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope

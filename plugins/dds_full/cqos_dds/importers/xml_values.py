@@ -8,15 +8,15 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.source_reading import listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.xml_source import elements, local, text_of
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.source import VARIABLES
 from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
-from cqos_core.packs.elements import ElementReading
 from cqos_core.packs.qos_keys import looks_like_qos
+from cqos_core.packs.xml_importer import XmlImporter
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
 from cqos_dds.importers.unmodelled import DDS_XML, leave_unknown, undecided
@@ -46,7 +46,7 @@ _MOST_LISTED: Final = 25
 _MOST_UNREAD: Final = 1000
 
 
-class XmlReading(ElementReading):
+class XmlReading(XmlImporter):
     """One XML file being read: problems and notes with places, and elements that are not read.
 
     Attributes:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cqos_core.analysis.explanation import endpoints_of
-from cqos_core.checking.trial import tried_out
+from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.help import usual
@@ -29,17 +29,17 @@ from cqos_core.formatters.terminal import clean, paint
 from cqos_core.model.finding import Severity, plural
 from cqos_core.model.problems import CqosError, InvalidValueError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.proving import FAULTS, Fault
+from cqos_core.packs.prover import FAULTS, Fault
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.run_plan import Trial
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding, Remedy
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.packs.proving import Outcome
+    from cqos_core.packs.prover import Outcome
 
 
 _PAIR = 2
@@ -126,7 +126,7 @@ def prove(
     system, loaded = reader.one(paths, color, partly=True)
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
     check_targets("--output", written, read)
-    system = named(tried_out(system, reader.protocol), reader.context)
+    system = named(with_profiles_tried(system, reader.protocol), reader.context)
     files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)
     if chosen is None:
@@ -153,7 +153,7 @@ def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return paths, asked
 
 
-def _chosen(system: System, asked: Sequence[str], where: Context) -> list[tuple[str, str, Finding | None]] | None:
+def _chosen(system: System, asked: Sequence[str], where: CheckContext) -> list[tuple[str, str, Finding | None]] | None:
     """Return the pairs to run, each with the finding that it stands for; None where there is no such thing."""
     from cqos_core.checking.checker import check_system
 
@@ -200,7 +200,7 @@ class _Session:
 
     def __init__(
         self,
-        where: Context,
+        where: CheckContext,
         on: str,
         fault: Fault | None,
         color: str,

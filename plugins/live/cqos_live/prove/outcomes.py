@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.run_plan import Trial
-    from cqos_core.matching.pipeline import Context
+    from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding, Remedy
     from cqos_core.model.report import PairReport
     from cqos_core.model.system import System
-    from cqos_core.packs.proving import Fault, Outcome, Plan
+    from cqos_core.packs.prover import Fault, Outcome, Plan
 
 _DURATIONS: Final = ("offline", "max_age", "max_gap", "liveness")
 _ROUNDS: Final = 10
@@ -29,7 +29,7 @@ _ROUNDS: Final = 10
 
 def fixed(
     trial: Trial,
-    where: Context,
+    where: CheckContext,
     first: Finding | None = None,
     again: Callable[[Mapping[str, bytes]], System] | None = None,
 ) -> tuple[Trial, tuple[Remedy, ...]] | None:
@@ -74,7 +74,7 @@ def _what(remedy: Remedy) -> tuple[object, ...]:
 
 
 def _changed(
-    system: System, remedy: Remedy, where: Context, again: Callable[[Mapping[str, bytes]], System] | None
+    system: System, remedy: Remedy, where: CheckContext, again: Callable[[Mapping[str, bytes]], System] | None
 ) -> System | None:
     """Return a system with a fix applied; None where it cannot be."""
     if again is None or not remedy.edits:
@@ -111,7 +111,7 @@ def summary(outcome: Outcome) -> str:
     return ", ".join(text for is_so, text in parts if is_so)
 
 
-def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
+def disagreements(trial: Trial, outcome: Outcome, where: CheckContext) -> list[str]:
     """Return each sentence of the report that the run contradicts; an unknown verdict contradicts nothing."""
     report = trial.report
     connected = outcome.matched is True and not outcome.not_created
@@ -124,14 +124,14 @@ def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
     return _broken(trial, outcome) if connected else []
 
 
-def _refuses(finding: Finding, where: Context) -> bool:
+def _refuses(finding: Finding, where: CheckContext) -> bool:
     """Whether a finding says that the middleware refuses the pair or an end, rather than that a requirement is not met."""
     rule = where.find_rule(finding.code)
     of_pack = getattr(rule, "kind", "") in {"requires", "forbids"} and not getattr(rule, "guarantee", "")
     return of_pack and finding.severity is Severity.ERROR and finding.verdict is not Verdict.UNKNOWN
 
 
-def not_seen(trial: Trial, outcome: Outcome, where: Context) -> list[tuple[str, str]]:
+def not_seen(trial: Trial, outcome: Outcome, where: CheckContext) -> list[tuple[str, str]]:
     """Return code and message of each error about a pair that a run of it does not show.
 
     What is not guaranteed need not be lost in a run that is this short.
@@ -142,7 +142,7 @@ def not_seen(trial: Trial, outcome: Outcome, where: Context) -> list[tuple[str, 
     return [(each.code, each.message) for each in wrong if not _shows(each, trial.plan, outcome, where)]
 
 
-def _shows(finding: Finding, plan: Plan, outcome: Outcome, where: Context) -> bool:
+def _shows(finding: Finding, plan: Plan, outcome: Outcome, where: CheckContext) -> bool:
     """Whether a run breaks the guarantee that a finding says is not given."""
     word = getattr(where.find_rule(finding.code), "guarantee", "")
     whole = str(plan.early) if word == "late_join" else "yes"

@@ -12,7 +12,7 @@ if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
 from cqos_core import CqosError
-from cqos_core.packs.proving import End, Plan
+from cqos_core.packs.prover import End, Plan
 from cqos_live.dds.prove import cyclone, fast, stage
 from cqos_live.dds.prove.forking import Forks
 

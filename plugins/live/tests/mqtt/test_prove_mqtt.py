@@ -7,7 +7,7 @@ import pytest
 from cqos_core.analysis.run_plan import prepare
 from cqos_core.api import context
 from cqos_core.api import read as read_system
-from cqos_core.packs.proving import End, NotRunnableError, Outcome, Plan
+from cqos_core.packs.prover import End, NotRunnableError, Outcome, Plan
 from cqos_live.mqtt.prove import packets
 from cqos_live.mqtt.prove.mosquitto import program
 from cqos_live.mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.checking.checker import check_system
 from cqos_core.files.exporting import Exported
-from cqos_core.matching.pipeline import Context
-from cqos_core.packs.proving import NotRunnableError
+from cqos_core.matching.pipeline import CheckContext
+from cqos_core.packs.prover import NotRunnableError
 from cqos_mqtt.promela.constants import body, of_pair, words
 from cqos_mqtt.runnable import ensure_runnable
 
@@ -31,7 +31,7 @@ _HEAD: Final = """\
 
 def write(system: System, context: ExportContext) -> Exported:
     """Write one block of constants for each pair of MQTT, and the model that they share."""
-    where = Context(context.find_pack, default_protocol=context.default_protocol)
+    where = CheckContext(context.find_pack, default_protocol=context.default_protocol)
     system = named(system, where)
     notes: dict[str, None] = {}
     blocks: list[str] = []

@@ -13,7 +13,7 @@ from functools import reduce
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.source_reading import listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated, walk
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place, Setting

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.importers.detect import head_text
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.importers.format_detection import head_text
+from cqos_core.model.regular_expressions import re, regular_expression
 
 _ASYNCAPI: Final = regular_expression(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)
 _ASYNCAPI_IN_FLOW: Final = regular_expression(r"""[{,]\s*["']?asyncapi["']?\s*:""")

@@ -7,12 +7,12 @@ import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote
 
-from cqos_core.importers.reading import Reading, shown
+from cqos_core.importers.source_reading import SourceReading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, stated, walk
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import PUBLISHER, Broker, Endpoint, ProfileRef
-from cqos_core.packs.documents import DocumentReading, only_document
+from cqos_core.packs.document_importer import DocumentImporter, only_document
 from cqos_mqtt.filters import has_wildcards
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.names import PATTERN
@@ -39,7 +39,7 @@ class _File(NamedTuple):
     root: Node
 
 
-class Document(DocumentReading):
+class Document(DocumentImporter):
     """One document that is being read, with the parts of other files that it refers to.
 
     Attributes:
@@ -159,7 +159,7 @@ class Document(DocumentReading):
             return known
         if len(self._files) >= _MOST_FILES:
             return f"more than {_MOST_FILES} files are referred to, which is refused"
-        root = only_document(Reading(source, self.problems, self.notes))
+        root = only_document(SourceReading(source, self.problems, self.notes))
         if root is None:
             return f"{shown(source.name)} cannot be read"
         if not self.stands_alone(root):

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.reading import listed, read_switches, shown
+from cqos_core.importers.source_reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import EVERY_OTHER, Cases, Place, Setting
 from cqos_core.model.system import Broker, Part, ProfileRef, Room
-from cqos_core.packs.foreign import FileReading
+from cqos_core.packs.file_importer import FileImporter
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.dynamic_security import PLUGIN, UnclearAccessError, access_of
@@ -58,7 +58,7 @@ class _Listener:
     settings: Settings = field(default_factory=dict)
 
 
-class _Reader(FileReading):
+class _Reader(FileImporter):
     """Reads one configuration and what it names, line by line: most lines belong to what stands above them."""
 
     protocol = "mqtt"

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import Role, System
-    from cqos_core.packs.foreign import FileReading
+    from cqos_core.packs.file_importer import FileImporter
     from cqos_mqtt.importers.mosquitto import Line
 
 _DIRECTIONS: Final = {"out": ("out",), "in": ("in",), "both": ("out", "in")}
@@ -71,7 +71,7 @@ _RETAINED: Final = {"try_private": ("in",), "bridge_outgoing_retain": ("out",), 
 """The ways whose RETAIN flag a directive decides."""
 
 
-def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequence[Line]) -> None:
+def add_bridge(reading: FileImporter, local_broker: str, name: str, lines: Sequence[Line]) -> None:
     """Add one bridge, as a client of either broker and a route for each topic.
 
     Raises:

@@ -11,11 +11,11 @@ import re
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import read_switches, shown
+from cqos_core.importers.source_reading import read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Place
 from cqos_core.model.system import Broker, ProfileRef
-from cqos_core.packs.foreign import FileReading
+from cqos_core.packs.file_importer import FileImporter
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.seen import SeenClient, fill
 
@@ -35,7 +35,7 @@ _UNREPORTED: Final = "the log of Mosquitto does not report it"
 _TRUTH: Final = {"0": "false", "1": "true"}
 
 
-class _Reader(FileReading):
+class _Reader(FileImporter):
     """Follows the log line by line.
 
     Attributes:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated
 from cqos_core.model.settings import Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Role, Route

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 from urllib.parse import unquote, urlsplit
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.packs import Plain, Policy
-    from cqos_core.packs.proving import End, Plan
+    from cqos_core.packs.prover import End, Plan
 
 MESSAGES: Final = 2
 """How many messages the model sends."""

@@ -1,4 +1,4 @@
-"""Asks SPIN about the model of a pair, and reads its counterexamples back; see `cqos_core.packs.proving.Prover`."""
+"""Asks SPIN about the model of a pair, and reads its counterexamples back; see `cqos_core.packs.prover.Prover`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from cqos_core.packs.proving import FAULTS, Event, NotRunnableError, Outcome, Plan
+from cqos_core.packs.prover import FAULTS, Event, NotRunnableError, Outcome, Plan
 from cqos_mqtt.promela.constants import MESSAGES, Scene, model, needs_of, scenes
 from cqos_mqtt.runnable import ensure_runnable
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _PLAIN = {"message", "service_server", "service_client"}
 
@@ -46,7 +46,7 @@ def snippets(system: System, context: ExportContext, notes: dict[str, None]) -> 
             notes[f"`{each.id}` is {kind_of(each)}, which has a profile for each of its topics and services"] = None
             continue
         part = each.parts[0]
-        node = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
+        node = part.pack.topic_matching.address(part.endpoint.participant, part.participant.texts)
         kind = part.endpoint.role if each.whole is not None else each.endpoint.kind.replace("_", " ")
         topic = part.key if each.whole is not None and part.key else each.endpoint.topic or ""
         name = identifier(f"{node}_{kind}_{topic}", names)

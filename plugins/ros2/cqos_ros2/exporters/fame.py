@@ -10,7 +10,7 @@ from cqos_core.files.bpmn_writer import DIALECT, diagram_of, restate
 from cqos_core.files.exporting import Exported, judged_by
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT
-from cqos_core.resolving.respelling import respelled
+from cqos_core.resolving.dialect_spelling import dialect_text
 from cqos_ros2.exporters.values import PROTOCOL, NoValueError, effective
 from cqos_ros2.names import is_legal
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.rewriting import Diagram, Tag
     from cqos_core.files.exporting import ExportContext
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _A_CODE: Final = "0"  # words in its manner are integers; FaMe also writes it for a number that is not set
 
@@ -99,7 +99,7 @@ def _code(part: Resolved, index: int | None, notes: dict[str, None]) -> str | No
         notes[f"`{part.id}`: {policy.name} is left out: {reason}"] = None
         return None
     if value.word is None:
-        text = respelled(policy, value.number, pack.dialects[DIALECT], _A_CODE)
+        text = dialect_text(policy, value.number, pack.dialects[DIALECT], _A_CODE)
         return text if text is not None and text.replace(".", "").isdigit() else _A_CODE
     codes = pack.dialects[DIALECT].codes.get(policy.name, {})
     code = next((code for code, word in codes.items() if word == value.word), None)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _KEYS: Final = {field.policy: key for key, field in FIELDS.items()}
 _SECTION: Final = {place: name for name, place in SECTIONS.items()}

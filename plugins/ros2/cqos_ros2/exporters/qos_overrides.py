@@ -57,7 +57,7 @@ class _Overrides:
         if part is None:
             wrong = f" is {kind_of(each)}, and only publishers and subscriptions have `qos_overrides`"
         else:
-            address = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
+            address = part.pack.topic_matching.address(part.endpoint.participant, part.participant.texts)
             elsewhere = _elsewhere(address, part.key)
             if elsewhere is not None:
                 wrong = f": {elsewhere}, not from parameters"

@@ -18,7 +18,7 @@ from cqos_ros2.exporters.values import Value, kind_of, ros_endpoints
 from cqos_ros2.policies import DEADLINE, RMW
 
 if TYPE_CHECKING:
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)/(msg|srv|action)/([A-Za-z]\w*)")
 _STAND_INS: Final = {
@@ -97,7 +97,7 @@ def _add(each: Judged, system: System, nodes: dict[str, _Node], modules: set[str
     if topic is None:
         notes[f"`{each.id}` has no topic, so it is left out"] = None
         return
-    address = part.pack.meeting.address(endpoint.participant, part.participant.texts)
+    address = part.pack.topic_matching.address(endpoint.participant, part.participant.texts)
     if address not in nodes:
         space, _, last = address.rpartition("/")
         name = last if _NAME.fullmatch(last) else identifier(last, set())

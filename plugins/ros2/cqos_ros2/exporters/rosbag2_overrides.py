@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 PLAYER: Final = "player"
 RECORDER: Final = "recorder"

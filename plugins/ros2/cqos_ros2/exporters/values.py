@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
     from cqos_core.resolving.layers import Layer
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
 
 PROTOCOL: Final = "ros2"
 QOS: Final = (

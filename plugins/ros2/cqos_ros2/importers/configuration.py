@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import shown
+from cqos_core.importers.source_reading import shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, flag, stated, whole_number
 from cqos_core.model.system import Endpoint, ProfileRef, Role, endpoint_id
-from cqos_core.packs.documents import DocumentReading
-from cqos_core.packs.foreign import FileReading
+from cqos_core.packs.document_importer import DocumentImporter
+from cqos_core.packs.file_importer import FileImporter
 from cqos_ros2.importers.codes import CODES
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ LARGEST: int = 2**63 - 1
 """The largest integer that ROS 2 parameters and YAML readers of ROS 2 tools take."""
 
 
-class RosFile(FileReading):
+class RosFile(FileImporter):
     """One file of ROS 2 that is being read."""
 
     protocol = "ros2"
@@ -55,7 +55,7 @@ class RosFile(FileReading):
         )
 
 
-class Configuration(RosFile, DocumentReading):
+class Configuration(RosFile, DocumentImporter):
     """One configuration file of a ROS 2 tool that is being read."""
 
     def a_flag(self, entries: MappingNode, name: str, otherwise: bool) -> bool:  # noqa: FBT001 - the default

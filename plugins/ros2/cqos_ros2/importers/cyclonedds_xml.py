@@ -6,11 +6,11 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.source_reading import listed, shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import Overlay, Part
-from cqos_core.packs.elements import ElementReading
+from cqos_core.packs.xml_importer import XmlImporter
 from cqos_ros2.importers.codes import CODES
 from cqos_ros2.policies import PARTICIPANT_LEASE
 
@@ -35,7 +35,7 @@ def read(source: Source, context: ReadContext) -> System:
     return _File(source, context).read(parse_xml(source))
 
 
-class _File(ElementReading):
+class _File(XmlImporter):
     """Reads one file; Cyclone DDS compares the names of elements without regard to case."""
 
     protocol = "ros2"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os.path
 from typing import Final
 
-from cqos_core.importers.detect import claims_yaml, head_text
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.importers.format_detection import claims_yaml, head_text
+from cqos_core.model.regular_expressions import re, regular_expression
 
 _YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))
 _ZENOH_SUFFIXES: Final = _YAML_SUFFIXES | {".json5"}

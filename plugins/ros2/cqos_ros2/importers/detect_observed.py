@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.importers.detect import claims_yaml, head_text
-from cqos_core.model.regular import re, regular_expression
+from cqos_core.importers.format_detection import claims_yaml, head_text
+from cqos_core.model.regular_expressions import re, regular_expression
 
 _COUNT: Final = regular_expression(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE, " count:")
 _ENDPOINT: Final = regular_expression(

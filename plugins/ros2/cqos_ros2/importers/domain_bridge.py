@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import described, listed, read_switches, shown
+from cqos_core.importers.source_reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route
-from cqos_core.packs.documents import Field, word_field
+from cqos_core.packs.document_importer import Field, word_field
 from cqos_ros2.importers.configuration import Configuration, as_count, as_integer
 from cqos_ros2.policies import FROM_PUBLISHERS
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.importers.reading import Reading, shown
+from cqos_core.importers.source_reading import SourceReading, shown
 from cqos_core.importers.tree import Node, ScalarNode, walk
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
@@ -14,10 +14,10 @@ _NEAR: Final = 400
 """How far apart two words of such a text may stand."""
 
 
-def read_embedded(text: ScalarNode, reading: Reading, name: str) -> Node | None:
+def read_embedded(text: ScalarNode, reading: SourceReading, name: str) -> Node | None:
     """Return the document in ``text``, the value of ``name``; None if it is empty, or no YAML, which is reported."""
     data = text.text.encode("utf-8", "surrogatepass")
-    inner = Reading(Source(reading.source.name, data), [], [])
+    inner = SourceReading(Source(reading.source.name, data), [], [])
     try:
         documents = read_tree(inner).documents
     except InputError as error:
@@ -33,7 +33,7 @@ def read_embedded(text: ScalarNode, reading: Reading, name: str) -> Node | None:
     return documents[0]
 
 
-def _relocate(document: Node, text: ScalarNode, reading: Reading) -> None:
+def _relocate(document: Node, text: ScalarNode, reading: SourceReading) -> None:
     """Give all nodes below ``document`` the places where their words stand in the outer source.
 
     However the text is quoted, folded or escaped, its words follow each other there as they do in the text. A list or

@@ -10,12 +10,12 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.source_reading import listed, shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.elements import ElementReading
+from cqos_core.packs.xml_importer import XmlImporter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,7 +84,7 @@ def read_fastdds_profiles(source: Source) -> tuple[list[FastDdsProfile], Setting
     return found, next((each for each in leases if each is not None), None)
 
 
-class _Reader(ElementReading):
+class _Reader(XmlImporter):
     """Reads the profiles of one file, collecting problems."""
 
     def profile(self, element: Element) -> FastDdsProfile:

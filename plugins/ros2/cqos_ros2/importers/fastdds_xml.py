@@ -12,7 +12,7 @@ import glob
 from fnmatch import fnmatchcase
 from typing import Final
 
-from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.source_reading import listed, shown
 from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Role
 from cqos_ros2.importers.configuration import RosFile

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import did_you_mean, listed, shown
+from cqos_core.importers.source_reading import did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Role
 from cqos_ros2.importers.configuration import Configuration

@@ -11,7 +11,7 @@ from typing import Final
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated, whole_number
 from cqos_core.model.settings import EVERY_OTHER, Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
-from cqos_core.packs.documents import Field, word_field
+from cqos_core.packs.document_importer import Field, word_field
 from cqos_ros2.importers.configuration import Configuration
 
 ENDING: Final = ".nodl.yaml"

@@ -10,11 +10,11 @@ import glob
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-from cqos_core.importers.reading import described, did_you_mean, listed, shown
+from cqos_core.importers.source_reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, is_null
 from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Role, Room
-from cqos_core.packs.documents import Field, word_field
+from cqos_core.packs.document_importer import Field, word_field
 from cqos_ros2.importers.configuration import Configuration, as_count, as_flag
 from cqos_ros2.names import NOT_BY_PARAMETERS
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import described, listed, shown
+from cqos_core.importers.source_reading import described, listed, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
-from cqos_core.packs.documents import Field, word_field
+from cqos_core.packs.document_importer import Field, word_field
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.configuration import Configuration, as_integer
 

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from cqos_core.importers.reading import Reading, did_you_mean, shown
+from cqos_core.importers.source_reading import SourceReading, did_you_mean, shown
 from cqos_core.model.encoding import decode
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Role
 from cqos_ros2.importers.configuration import RosFile
@@ -67,7 +67,7 @@ class _Part:
 # From lines to parts ---------------------------------------------------------------------------------------
 
 
-def _parts(reading: Reading) -> list[_Part]:
+def _parts(reading: SourceReading) -> list[_Part]:
     """Return the packages: what stands at the left margin, with all that is indented below."""
     text = decode(reading.source.data)
     if _OLD_FORM.match(text):
@@ -116,7 +116,7 @@ def _indent(line: str) -> int:
     return len(line.expandtabs()) - len(line.expandtabs().lstrip())
 
 
-def _part(number: int, line: str, reading: Reading) -> tuple[int, _Part | None]:
+def _part(number: int, line: str, reading: SourceReading) -> tuple[int, _Part | None]:
     """Read one line; report one that is no key."""
     name = reading.source.name
     place = Place(name, number, len(line) - len(line.lstrip()) + 1)

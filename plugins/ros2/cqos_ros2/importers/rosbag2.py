@@ -18,7 +18,7 @@ from functools import lru_cache
 from pathlib import PurePath
 from typing import Final
 
-from cqos_core.importers.reading import described, listed, read_switches, shown
+from cqos_core.importers.source_reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError, InvalidValueError

@@ -11,7 +11,7 @@ import re
 from decimal import Decimal
 from typing import Final
 
-from cqos_core.importers.reading import Reading, described, did_you_mean, listed, read_switches, shown
+from cqos_core.importers.source_reading import SourceReading, described, did_you_mean, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.settings import Setting, Settings
@@ -88,7 +88,7 @@ class _Overrides(RosFile):
         return settings
 
 
-def _topics(root: Node, reading: Reading) -> list[tuple[ScalarNode, MappingNode]]:
+def _topics(root: Node, reading: SourceReading) -> list[tuple[ScalarNode, MappingNode]]:
     """Return the topics of the file with their profiles."""
     if not isinstance(root, MappingNode):
         reading.problem("CQ009", f"the file must be a map of topics, found {described(root)}", root)
@@ -103,7 +103,7 @@ def _topics(root: Node, reading: Reading) -> list[tuple[ScalarNode, MappingNode]
     return topics
 
 
-def _text(name: str, value: Node, reading: Reading) -> str | None:
+def _text(name: str, value: Node, reading: SourceReading) -> str | None:
     """Return the value of a policy in our spelling; report a refused one and return None."""
     if name in _DURATIONS:
         return _duration(name, value, reading)
@@ -123,7 +123,7 @@ def _text(name: str, value: Node, reading: Reading) -> str | None:
     return text
 
 
-def _duration(name: str, value: Node, reading: Reading) -> str | None:
+def _duration(name: str, value: Node, reading: SourceReading) -> str | None:
     """Return a duration in nanoseconds; an empty one is not specified."""
     if is_null(value) or (isinstance(value, MappingNode) and not value.entries):
         return "unspecified"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import described, listed, shown
+from cqos_core.importers.source_reading import described, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, stated
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room

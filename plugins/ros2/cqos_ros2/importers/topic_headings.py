@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import Final, NamedTuple
 
-from cqos_core.model.regular import re
+from cqos_core.model.regular_expressions import re
 
 _PART: Final = r"[A-Za-z_][A-Za-z0-9_]*"
 NAME: Final = rf"(?:/{_PART})++"

@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import listed, read_switches, shown
+from cqos_core.importers.source_reading import listed, read_switches, shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place, Setting

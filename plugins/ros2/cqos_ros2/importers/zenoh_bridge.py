@@ -13,10 +13,10 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import described, did_you_mean, listed, shown
+from cqos_core.importers.source_reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of, stated, walk, whole_number
-from cqos_core.model.pattern import PatternError, pattern
-from cqos_core.model.regular import re
+from cqos_core.model.re2_patterns import PatternError, name_matcher
+from cqos_core.model.regular_expressions import re
 from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Route
 from cqos_ros2.guarantee_terms import SENDING_AGAIN
@@ -327,7 +327,7 @@ def whole_names(text: str, before: str = "") -> str:
     last = len(ways) - 1
     parts = [f"{'.*' if number else start}(?:{way}){'' if number == last else '.*'}" for number, way in enumerate(ways)]
     whole = f"{re.escape(before)}(?:{'|'.join(parts)})"
-    pattern(whole)
+    name_matcher(whole)
     return whole
 
 

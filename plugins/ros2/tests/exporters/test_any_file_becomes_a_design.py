@@ -29,7 +29,7 @@ def test_any_file_becomes_a_design(path):
         pytest.skip("a file that is refused")
     exported = write(system, ExportContext(context().find_pack))
     again = cqos.read(exported.text.encode())
-    assert again.notes == []
+    assert {each.code for each in again.notes} <= {"CQ219"}  # what the file left out
     assert len(again.endpoints) == len(system.endpoints) == exported.expressed
     assert again.partial == system.partial
     if exported.expressed:

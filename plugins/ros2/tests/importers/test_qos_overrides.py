@@ -70,7 +70,7 @@ class TestNames:
     )
     def test_a_node_is_addressed_by_its_full_name(self, participant, settings, expected):
         assert address(participant, settings) == expected
-        assert PACK.meeting.address(participant, settings) == expected
+        assert PACK.topic_matching.address(participant, settings) == expected
 
 
 class TestEffect:

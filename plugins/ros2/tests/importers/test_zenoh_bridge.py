@@ -7,7 +7,7 @@ import pytest
 from cqos_core import check, explain
 from cqos_core.files.loading import read_source
 from cqos_core.files.merging import merge
-from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.re2_patterns import PatternError, name_matcher
 from cqos_core.model.source import Source
 from cqos_ros2.importers.zenoh_bridge import whole_names
 
@@ -306,7 +306,7 @@ class TestExpressions:
     )
     @pytest.mark.parametrize("before", ["", "zenoh:/bot"])
     def test_are_searched_for(self, text, name, carried, before):
-        assert pattern(whole_names(text, before))(f"{before}{name}") == carried
+        assert name_matcher(whole_names(text, before))(f"{before}{name}") == carried
 
     @pytest.mark.parametrize(
         "text", [r"\Qa\E", "a{", "{x}", r"\<a", r"\b{start}a", "(?i)/a|/b", "(?P<n>a)(?P<n>b)", "(", "[a&&b]", r"\01"]
@@ -316,7 +316,7 @@ class TestExpressions:
             whole_names(text)
 
     def test_an_anchor_behind_a_namespace_is_not_followed(self):
-        assert pattern(whole_names("(^/a|/b)"))("/a")
+        assert name_matcher(whole_names("(^/a|/b)"))("/a")
         with pytest.raises(PatternError):
             whole_names("(^/a|/b)", "zenoh:/bot")
 

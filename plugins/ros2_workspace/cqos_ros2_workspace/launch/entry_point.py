@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from cqos_core.importers.reading import did_you_mean, listed, shown
+from cqos_core.importers.source_reading import did_you_mean, listed, shown
 from cqos_core.model.problems import InputError, Problem
 from cqos_ros2_workspace.launch.workspace import Workspace, find_packages, root_of
 

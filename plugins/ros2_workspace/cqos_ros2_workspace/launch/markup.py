@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, SequenceNode
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.packs.documents import only_document
+from cqos_core.packs.document_importer import only_document
 from cqos_ros2_workspace.launch.entities import Action
 from cqos_ros2_workspace.launch.substitution_text import parse_text
 from cqos_ros2_workspace.launch.values import Unknown
@@ -65,7 +65,7 @@ def read_xml(path: str, data: bytes) -> list[Any]:
 
 def read_yaml(path: str, data: bytes) -> list[Any]:
     """Return the actions of a YAML launch file; one unknown part with the cause where it is none."""
-    reading = Reading(Source(path, data), [], [])
+    reading = SourceReading(Source(path, data), [], [])
     try:
         root = only_document(reading, repeated="last")
     except InputError as error:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, kind_of, whole_number
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_core.packs.documents import only_document
+from cqos_core.packs.document_importer import only_document
 from cqos_ros2_workspace.launch.values import Unknown
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _FLAGS: Final = {"yes": True, "on": True, "no": False, "off": False}
 
 def tree_of(data: bytes, path: str, place: Place | None) -> Node | Unknown:
     """Return the root of the one document of a YAML file."""
-    reading = Reading(Source(path, data), [], [])
+    reading = SourceReading(Source(path, data), [], [])
     try:
         root = only_document(reading, repeated="merge")
     except InputError as error:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import Entry, Member
-from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.document_form import Entry, Member
+from cqos_core.importers.source_reading import did_you_mean, shown
 from cqos_ros2_workspace.nodes import form
 
 if TYPE_CHECKING:
-    from cqos_core.importers.forms import Key
-    from cqos_core.importers.reading import Reading
+    from cqos_core.importers.document_form import Key
+    from cqos_core.importers.source_reading import SourceReading
 
 NAMELESS: Final = "("
 """What the name of an endpoint begins with whose name is not known; `cqos learn` counts those anew each time."""
@@ -18,7 +18,7 @@ _ADVICE: Final = "corrections change what the file states; add what it does not 
 _Endpoints = dict[str, Member[list[Entry]]]
 
 
-def corrected(document: Entry, key: Key[dict[str, Member[Entry]]], reading: Reading) -> dict[str, Entry]:
+def corrected(document: Entry, key: Key[dict[str, Member[Entry]]], reading: SourceReading) -> dict[str, Entry]:
     """Return the nodes or fragments of a node file with their corrections; report corrections of what is not there."""
     parts = {name: each.value for name, each in (document.get(key) or {}).items()}
     corrections = document.get(form.CORRECTIONS)
@@ -34,7 +34,7 @@ def corrected(document: Entry, key: Key[dict[str, Member[Entry]]], reading: Read
     return parts
 
 
-def _check(name: str, part: Entry, correction: Entry, reading: Reading) -> None:
+def _check(name: str, part: Entry, correction: Entry, reading: SourceReading) -> None:
     """Report endpoints that a part does not have, or whose name is not known."""
     for direction, key in form.DIRECTIONS.items():
         known = [each for each in part.get(key) or () if not each.startswith(NAMELESS)]

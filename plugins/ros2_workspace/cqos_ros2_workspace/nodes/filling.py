@@ -17,7 +17,7 @@ from cqos_ros2_workspace.nodes.versions import settled
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import ImportNote, Room
     from cqos_ros2_workspace.nodes.library import Library

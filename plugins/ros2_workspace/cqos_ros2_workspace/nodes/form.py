@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.importers.forms import Form, Key, ListOf, MapOf, OneOrMore
-from cqos_core.importers.reading import listed
-from cqos_core.importers.shapes import FLAG, SCALARS, SETTING, TEXT, TEXTS, Scalar, Shape, one_of
+from cqos_core.importers.document_form import Form, Key, ListOf, MapOf, OneOrMore
+from cqos_core.importers.source_reading import listed
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, whole_number
+from cqos_core.importers.value_types import FLAG, SCALARS, SETTING, TEXT, TEXTS, Scalar, ValueType, one_of
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2_workspace.launch.parameter_files import plain
 
 if TYPE_CHECKING:
-    from cqos_core.importers.reading import Reading
-    from cqos_core.importers.shapes import Schema
+    from cqos_core.importers.source_reading import SourceReading
     from cqos_core.importers.tree import Node
+    from cqos_core.importers.value_types import Schema
     from cqos_core.model.settings import Place
     from cqos_core.model.system import Role
 
@@ -53,13 +53,13 @@ class Given(NamedTuple):
     value: Any
 
 
-class _Conditions(Shape["tuple[Test, ...]"]):
+class _Conditions(ValueType["tuple[Test, ...]"]):
     """A map from parameters to the values that they must have."""
 
     def __init__(self) -> None:
         super().__init__("a map from parameters to values")
 
-    def read(self, node: Node, reading: Reading, name: str) -> tuple[Test, ...] | None:
+    def read(self, node: Node, reading: SourceReading, name: str) -> tuple[Test, ...] | None:
         """Take every part."""
         if not isinstance(node, MappingNode):
             self.refuse(node, reading, name, "write `when: {PARAMETER: VALUE}`")
@@ -93,13 +93,13 @@ class _Conditions(Shape["tuple[Test, ...]"]):
         return {"type": "object", "additionalProperties": {"$ref": "#/$defs/node_condition"}}
 
 
-class _Any(Shape[Given]):
+class _Any(ValueType[Given]):
     """Any value that a parameter may have."""
 
     def __init__(self) -> None:
         super().__init__("the value of a parameter")
 
-    def read(self, node: Node, reading: Reading, name: str) -> Given | None:
+    def read(self, node: Node, reading: SourceReading, name: str) -> Given | None:
         """Take the value."""
         del reading, name
         return Given(plain(node))

@@ -20,7 +20,7 @@ from cqos_ros2_workspace.nodes.versions import fit
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.document_form import Entry
     from cqos_core.model.problems import Problem
     from cqos_ros2_workspace.launch.workspace import Workspace
     from cqos_ros2_workspace.nodes.versions import Fit

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
-from cqos_core.importers.reading import Reading, did_you_mean, listed, shown
+from cqos_core.importers.source_reading import SourceReading, did_you_mean, listed, shown
 from cqos_core.model.problems import InputError
 from cqos_core.packs import normalise
-from cqos_core.packs.documents import only_document
+from cqos_core.packs.document_importer import only_document
 from cqos_ros2.policies import DISTRO
 from cqos_ros2.presets import PRESETS
 from cqos_ros2_workspace.nodes import form
@@ -17,7 +17,7 @@ from cqos_ros2_workspace.nodes.correcting import corrected
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.importers.forms import Entry, Member
+    from cqos_core.importers.document_form import Entry, Member
     from cqos_core.model.settings import Place
     from cqos_core.model.source import Source
 
@@ -64,7 +64,7 @@ def read_node_file(source: Source) -> NodeFile:
     Raises:
         InputError: it is no node file; with every problem.
     """
-    reading = Reading(source, [], [])
+    reading = SourceReading(source, [], [])
     root = only_document(reading)
     entry = None if root is None else form.DOCUMENT.read(root, reading, "node file")
     if entry is None or reading.problems:
@@ -87,7 +87,7 @@ def _values(members: dict[str, Member[T]] | None) -> dict[str, T]:
     return {name: each.value for name, each in (members or {}).items()}
 
 
-def _check(found: NodeFile, entry: Entry, reading: Reading) -> None:
+def _check(found: NodeFile, entry: Entry, reading: SourceReading) -> None:
     """Report names that stand for nothing: distributions, profiles, policies."""
     for name, member in (entry.get(form.VERSIONS) or {}).items():
         _distribution(name, member.place, reading)
@@ -125,7 +125,7 @@ def endpoints(part: Entry) -> Iterator[Written]:
                 yield Written(direction, name, member.place, each)
 
 
-def _qos(entry: Entry, found: NodeFile, reading: Reading, own: str = "") -> None:
+def _qos(entry: Entry, found: NodeFile, reading: SourceReading, own: str = "") -> None:
     _condition(entry, reading)
     name = entry.get(form.PROFILE)
     known = [*(each for each in found.profiles if each != own), *PRESETS]
@@ -138,14 +138,14 @@ def _qos(entry: Entry, found: NodeFile, reading: Reading, own: str = "") -> None
             reading.problem("CQ006", message, setting.place or entry.place, f"allowed: {', '.join(POLICIES)}")
 
 
-def _condition(entry: Entry, reading: Reading) -> None:
+def _condition(entry: Entry, reading: SourceReading) -> None:
     for test in entry.get(form.WHEN) or ():
         if test.subject == form.DISTRO:
             for each in test.values:
                 _distribution(each, test.place, reading)
 
 
-def _distribution(name: str, place: Place, reading: Reading) -> None:
+def _distribution(name: str, place: Place, reading: SourceReading) -> None:
     if normalise(name) not in _DISTROS:
         message = f"there is no ROS 2 distribution {shown(name)}{did_you_mean(name, _DISTROS)}"
         reading.problem("CQ011", message, place, f"allowed: {', '.join(_DISTROS)}")

@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
+from cqos_core.model.core_findings import asks_less
 from cqos_core.model.finding import Severity, Verdict, plural
-from cqos_core.model.remarks import asks_less
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.names import expand
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_ros2_workspace.joining import Join, JoinedNode
     from cqos_ros2_workspace.why.security import Access
 

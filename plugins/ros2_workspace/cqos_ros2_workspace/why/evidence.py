@@ -15,7 +15,7 @@ from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.logs import misfits
+from cqos_core.packs.logs import read_mismatches
 from cqos_ros2.importers.topic_info import type_hashes
 from cqos_ros2.logs import read_line
 from cqos_ros2.types import full_type_name
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
-    from cqos_core.resolving.resolved import Resolved
+    from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_ros2_workspace.joining import Join
     from cqos_ros2_workspace.launch.started import Launched
     from cqos_ros2_workspace.why.definitions import Defined
@@ -199,5 +199,5 @@ def _said(log: str | None, topic: str) -> list[Occurrence]:
     if log is None:
         return []
     source = read_path(log) if log != STDIN else read_stream(STDIN_NAME, sys.stdin.buffer)
-    found, _ = misfits(source.name, BytesIO(source.data), [read_line])
+    found, _ = read_mismatches(source.name, BytesIO(source.data), [read_line])
     return [each for each in found if each.misfit.topic in {topic, topic.lstrip("/")}]

@@ -9,9 +9,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from cqos_core import InputError
-from cqos_core.importers.reading import Reading
+from cqos_core.importers.source_reading import SourceReading
 from cqos_core.model.source import Source
-from cqos_core.packs.documents import only_document
+from cqos_core.packs.document_importer import only_document
 from cqos_ros2_workspace.launch.parameter_files import plain
 from cqos_ros2_workspace.nodes import form
 from cqos_ros2_workspace.nodes.library import SHIPPED, Library
@@ -144,7 +144,7 @@ def test_the_schema_accepts_the_shipped_files_and_refuses_what_the_reader_refuse
     Draft202012Validator.check_schema(schema)
     validator = Draft202012Validator(schema)
     for path in FILES:
-        root = only_document(Reading(Source(path.name, path.read_bytes()), [], []))
+        root = only_document(SourceReading(Source(path.name, path.read_bytes()), [], []))
         assert root is not None
         document = plain(root)
         assert [each.message for each in validator.iter_errors(document)] == [], path.name

@@ -6,9 +6,9 @@ from cqos_core.language.domains import Choice, Text
 from cqos_core.language.expression import call, offered, requested
 from cqos_core.language.policy import Policy
 from cqos_core.language.vocabulary import Function
-from cqos_core.packs.meeting import Meeting
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.rule import requires
+from cqos_core.packs.topic_matching import TopicMatching
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="slow")
 GROUP = Policy("group", Text(), default="none")
@@ -37,4 +37,4 @@ JUDGING = RulePack(
     ),
     functions=(Function("same_group", same_group, "Whether two groups are one."),),
 )
-NAMING = replace(JUDGING, id="naming", title="Naming", meeting=Meeting(resolve=resolve))
+NAMING = replace(JUDGING, id="naming", title="Naming", topic_matching=TopicMatching(resolve=resolve))

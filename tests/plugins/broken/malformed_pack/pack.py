@@ -4,7 +4,7 @@ from cqos_core.language.domains import Choice
 from cqos_core.language.expression import offered, requested
 from cqos_core.language.policy import Policy
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.parts import Preset
+from cqos_core.packs.presets import Preset
 from cqos_core.packs.rule import requires
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="medium")

@@ -11,7 +11,7 @@ from cqos_live.dds.prove.forking import Forks
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.packs.proving import Event, Outcome, Plan
+    from cqos_core.packs.prover import Event, Outcome, Plan
     from cqos_live.dds.prove.stage import Running
 
 _LOOPBACK: Final = (
@@ -30,7 +30,7 @@ class _Cyclone(Implementation):
         """Say how to install Cyclone DDS, where it is not there."""
         if self._version() is not None:
             return None
-        from cqos_core.model.features import advice
+        from cqos_core.model.optional_features import advice
 
         return f"Cyclone DDS is not installed: {advice('cyclonedds')}"
 
@@ -41,7 +41,7 @@ class _Cyclone(Implementation):
             MissingError: Cyclone DDS is not installed, with the line that installs it.
         """
         if self._version() is None:
-            from cqos_core.model.features import missing
+            from cqos_core.model.optional_features import missing
 
             raise missing("cyclonedds", "Cyclone DDS is not installed")
         return super().prove(plan, report)

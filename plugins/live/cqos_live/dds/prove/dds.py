@@ -11,7 +11,7 @@ from uuid import uuid4
 
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs import INFINITE
-from cqos_core.packs.proving import End, Event, NotRunnableError, Outcome, Plan
+from cqos_core.packs.prover import End, Event, NotRunnableError, Outcome, Plan
 from cqos_live.dds.prove.settings import encoded, parsed
 from cqos_live.dds.prove.stage import Cast, Program, Running, run
 

@@ -13,7 +13,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
-from cqos_core.packs.proving import NotRunnableError
+from cqos_core.packs.prover import NotRunnableError
 from cqos_dds.implementations import FAST_DDS
 from cqos_live.dds.prove.dds import Implementation
 

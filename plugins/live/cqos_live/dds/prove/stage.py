@@ -19,7 +19,7 @@ from typing import IO, Final, Protocol
 
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.proving import Event, Fault, Outcome, Plan, numbers
+from cqos_core.packs.prover import Event, Fault, Outcome, Plan, numbers
 
 _START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""

@@ -112,7 +112,7 @@ def _joined(domain: int) -> Discovery:
     try:
         from cqos_live.dds.snapshot.discovery import Discovery
     except ImportError as error:
-        from cqos_core.model.features import missing
+        from cqos_core.model.optional_features import missing
 
         what = f"`cqos snapshot dds` needs Cyclone DDS, which is not installed ({describe(error)})"
         raise missing("cyclonedds", what) from None

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from cqos_core.packs.proving import NotRunnableError
+from cqos_core.packs.prover import NotRunnableError
 
 _PATIENCE: Final = 3.0
 """Seconds within which Mosquitto starts or ends."""

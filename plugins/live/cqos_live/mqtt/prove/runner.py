@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cqos_core.packs import INFINITE, Policy
-from cqos_core.packs.proving import FAULTS, End, Event, Fault, NotRunnableError, Outcome, Plan, numbers
+from cqos_core.packs.prover import FAULTS, End, Event, Fault, NotRunnableError, Outcome, Plan, numbers
 from cqos_live.mqtt.prove.client import WIDEST, Client, Connection, Publication, Subscription
 from cqos_live.mqtt.prove.mosquitto import Link, Mosquitto, program, version
 from cqos_live.mqtt.prove.packets import Message, Will
@@ -53,7 +53,7 @@ _FIXED: Final = (
 
 
 class Mosquittos:
-    """Runs pairs on Mosquitto; see `cqos_core.packs.proving.Prover`."""
+    """Runs pairs on Mosquitto; see `cqos_core.packs.prover.Prover`."""
 
     title = "Mosquitto"
     faults = frozenset(FAULTS)
