@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import pluggy
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
+from cqos_core.model.problems import CqosError, MissingError, PackError, describe, keep_traceback
 from cqos_core.model.regular_expressions import regular_expression
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Collection, Iterable
     from importlib.metadata import EntryPoint
 
     import click
@@ -435,13 +435,15 @@ def function(name: str) -> Callable[..., Any]:
     """Import and return the function that a plugin registers under a name.
 
     Raises:
-        MissingError: the distribution that has it is not installed, with the line that installs it.
+        MissingError: no plugin has it; if a distribution of C-QoS does, with the line that installs that.
     """
     info = load_plugins().functions.get(name)
     if info is None:
-        from cqos_core.model.optional_features import features, missing
+        from cqos_core.model.optional_features import absent, missing
 
-        row = next(each for each in features().values() if name in each.brings.get("functions", ()))
+        row = absent("functions").get(name)
+        if row is None:
+            raise MissingError(f"no plugin has the function `{name}`", "`cqos packs` lists plugins, also broken ones")
         raise missing(row.name, f"`{row.distribution}` is not installed")
     return info.load()
 
@@ -475,12 +477,16 @@ def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins
     return plugins
 
 
-def _in_order(commands: Iterable[CommandInfo]) -> dict[str, CommandInfo]:
-    """Return commands by name, in the order of lists."""
-    ordered: list[CommandInfo] = []
-    for info in commands:
-        before = next((at for at, each in enumerate(ordered, 1) if each.name == info.after), len(ordered))
-        ordered.insert(before, info)
+def _in_order(commands: Collection[CommandInfo]) -> dict[str, CommandInfo]:
+    """Return commands by name, in the order of lists, whatever the order in which plugins are found."""
+    names = {each.name for each in commands}
+    ordered = [each for each in commands if each.after not in names]
+    waiting = [each for each in commands if each.after in names]
+    while waiting:
+        there = [each.name for each in ordered]
+        info = next((each for each in waiting if each.after in there), waiting[0])  # the first of a circle comes last
+        waiting.remove(info)
+        ordered.insert(there.index(info.after) + 1 if info.after in there else len(there), info)
     return {info.name: info for info in ordered}
 
 

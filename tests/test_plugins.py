@@ -9,13 +9,16 @@ from pathlib import Path
 import pytest
 
 from cqos_core.files.loading import default_protocol
+from cqos_core.model.problems import MissingError
 from cqos_core.plugins import (
     KINDS,
     CommandInfo,
     ExporterInfo,
     FormatterInfo,
+    FunctionInfo,
     ImporterInfo,
     RulePackInfo,
+    function,
     load_from,
     load_plugins,
 )
@@ -80,6 +83,7 @@ def test_everything_is_registered_under_its_kind(site):
         "importers": 'ImporterInfo("two", "a summary", (".two",), "some_module:claims", "some_module:read")',
         "exporters": 'ExporterInfo("three", "a summary", ".three", "some_module:write")',
         "formatters": 'FormatterInfo("four", "a summary", "some_module:render")',
+        "functions": 'FunctionInfo("six", "a summary", "some_module:six")',
         "commands": 'CommandInfo("five", "A summary.", "some_module:five")',
     }
     for name, info in values.items():
@@ -92,6 +96,7 @@ def test_everything_is_registered_under_its_kind(site):
     )
     assert plugins.exporters["three"] == ExporterInfo("three", "a summary", ".three", "some_module:write")
     assert plugins.formatters["four"] == FormatterInfo("four", "a summary", "some_module:render")
+    assert plugins.functions["six"] == FunctionInfo("six", "a summary", "some_module:six")
     assert plugins.commands["five"] == CommandInfo("five", "A summary.", "some_module:five")
     assert plugins.owner("commands", "five") == "plugin-commands 1.0"
     assert not plugins.shipped("commands", "five")
@@ -105,6 +110,27 @@ def test_what_is_registered_is_imported_on_use(site):
     info = load(site).exporters["lazy"]
     assert "lazy_parts" not in sys.modules
     assert info.load().__name__ == "write"
+
+
+def test_a_command_is_listed_behind_the_one_that_it_names(site):
+    for name, after in (("one", ""), ("two", "three"), ("four", "one"), ("three", "nothing")):
+        install(
+            site, (f"plugin_{name}", plugin(f'CommandInfo("{name}", "x", "m:x", after="{after}")', "register_commands"))
+        )
+    assert list(load(site).commands)[-4:] == ["one", "four", "three", "two"]
+
+
+def test_commands_that_name_each_other_are_listed(site):
+    for name, after in (("one", "two"), ("two", "one")):
+        install(
+            site, (f"plugin_{name}", plugin(f'CommandInfo("{name}", "x", "m:x", after="{after}")', "register_commands"))
+        )
+    assert list(load(site).commands)[-2:] == ["one", "two"]
+
+
+def test_a_function_that_no_plugin_has():
+    with pytest.raises(MissingError, match=r"^no plugin has the function `nothing`"):
+        function("nothing")
 
 
 # Precedence

@@ -1,8 +1,9 @@
 """Features that are not in every installation, and the command that installs each.
 
-``optional_features.json`` is the table: a feature, its distribution, the folder of that in a clone, its extra, the Pythons that it runs on, the
-features whose distributions it needs beside the core, and the commands, formats and other names that it brings. The line is for the place that C-QoS was installed from: a clone, a folder of
-wheels, a git address, or a package index. Nothing imports this module until something is missing.
+``optional_features.json`` is the table: a feature, its distribution, the folder of that in a clone, its extra, the Pythons that it runs
+on, the features whose distributions it needs beside the core, and the commands, formats and other names that it brings. The line is for
+the place that C-QoS was installed from: a clone, a folder of wheels, a git address, or a package index. Nothing imports this module until
+something is missing, or a folder is searched.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ import pytest
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2
+from cqos_core.model import optional_features
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import Refused
@@ -91,6 +92,7 @@ def test_without_what_plans_the_refusal_names_the_distribution_and_no_path(monke
         monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
     else:
         monkeypatch.delitem(load_plugins().functions, "suggest")
+        monkeypatch.setattr(optional_features, "_is_installed", lambda name: name != "cqos-planning")
     request = check_pb2.SuggestRequest(documents=documents(OPEN)).SerializeToString()
     with pytest.raises(
         Refused, match=r"not installed.*: the service lacks the distribution `cqos-planning`$"
