@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.language.compiled import Common, Question, compiled
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
@@ -16,8 +17,9 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.reader import depends
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
+    from cqos_core.language.compiled import Compiled
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
     from cqos_core.packs.bound_rule import BoundRule
@@ -323,6 +325,45 @@ def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tupl
     """Return the errors about an endpoint and its surroundings that read the policy at an index."""
     rules = (*_of_endpoint(pack, role, observed), *_refusing_around(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and at in each.bound.own)
+
+
+_WORTH_A_FUNCTION: Final = 50
+
+
+class UnsetErrors:
+    """The errors about ends of one frame that read an option which nothing states.
+
+    Attributes:
+        errors: those.
+    """
+
+    def __init__(self, pack: RulePack, frame: ProfileFrame, role: str, observed: bool, at: int) -> None:  # noqa: FBT001 - as the above
+        """Take the frame and the index of the option."""
+        self.errors = errors_that_read(pack, role, observed, at)
+        self._common = {**frame.options, **frame.open, at: _any_of(pack, pack.policies[at])}
+        self._size = 2 * pack.vocabulary.size
+        self._asked = 0
+
+    def that_may_refuse(self, known: Sequence[Any]) -> Sequence[BoundRule]:
+        """Return the errors that may refuse an end of these known values; `refusing_values` tells under which of the option.
+
+        All of them until a function is worth it, which passes most over.
+        """
+        if self._asked < _WORTH_A_FUNCTION:
+            self._asked += 1
+            return self.errors
+        bits = self._function.reporting(known, known)
+        return [self.errors[position] for position in positions(bits)] if bits else ()
+
+    @cached_property
+    def _function(self) -> Compiled:
+        values = tuple([self._common.get(index) for index in range(self._size)])
+        alike = Common(values, values, (frozenset(self._common),) * 2)
+        errors = [(each.bound, each.rule.kind == "forbids") for each in self.errors]
+        return compiled([Question(*each, undecided=True, common=alike) for each in errors], alone=True)
+
+
+unset_errors: Final = lru_cache(maxsize=_FRAMES)(UnsetErrors)
 
 
 @lru_cache(maxsize=_CACHE)
