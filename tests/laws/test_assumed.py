@@ -126,6 +126,15 @@ def test_a_known_verdict_of_an_installed_pack_is_that_of_every_assumed_value(pro
     assert not [*law(read(text.encode()), pack)], text
 
 
+@pytest.mark.parametrize("asked", [0, 1_000_000_000])
+def test_errors_about_an_unset_option_refuse_ends_however_many_are_asked(asked: int):
+    ends = "a: {publishes: {/t: }}\n  b: {subscribes: {/t: {reliability: best_available}}}"
+    with patch.object(judge, "_WORTH_A_FUNCTION", asked):
+        report = check(f"cqos: 1\nprotocol: ros2\nparticipants:\n  {ends}\n".encode())
+    named = {each.option: each.values for each in report.assumed}
+    assert named["ros2.distro"] == ("iron", "jazzy", "kilted", "lyrical", "rolling")
+
+
 @given(st.data())
 def test_no_error_about_an_unset_option_is_passed_over(data: Any):
     """The function that tells which errors may refuse an end agrees with asking all of them."""
