@@ -10,7 +10,7 @@ from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import Asked, RuleSet
+from cqos_core.matching.rule_set import EVERY, Asked, RuleSet
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -186,6 +186,11 @@ def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
 def _spoken(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
     """Yield what some rules of a set say."""
     certain, asked = rules.reporting(first, second, among)
+    return _say(rules, certain, asked, first, second)
+
+
+def _say(rules: RuleSet, certain: int, asked: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
+    """Yield what rules say that report for certain, and those that were asked."""
     for position in positions(certain | asked):
         bound = rules.rules[position]
         if certain >> position & 1:
@@ -218,10 +223,22 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 
 
 @lru_cache(maxsize=_CACHE)
+def _reporting(profile: QosProfile, role: str, observed: bool) -> tuple[int, int]:  # noqa: FBT001 - a cache key
+    """Return as bits which rules report on an endpoint by itself, for certain and when asked; of topics none."""
+    rules = about_one(profile.pack, role, observed)
+    return rules.reporting(profile, profile, ~rules.bits["signal"])
+
+
+def _said_of_one(profile: QosProfile, role: str, observed: bool, among: int) -> Iterator[Violation]:  # noqa: FBT001 - likewise
+    """Yield what some of these rules say."""
+    certain, asked = _reporting(profile, role, observed)
+    return _say(about_one(profile.pack, role, observed), certain & among, asked & among, profile, profile)
+
+
+@lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    rules = about_one(profile.pack, role, observed)
-    return tuple(_spoken(rules, rules.bits["endpoint"], profile, profile))
+    return tuple(_said_of_one(profile, role, observed, about_one(profile.pack, role, observed).bits["endpoint"]))
 
 
 @lru_cache
@@ -280,8 +297,7 @@ def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violatio
 @lru_cache(maxsize=_CACHE)
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
-    rules = about_one(profile.pack, role, observed)
-    spoken = _spoken(rules, ~rules.bits["signal"], profile, profile)
+    spoken = _said_of_one(profile, role, observed, EVERY)
     return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
 
 
@@ -376,8 +392,7 @@ def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> 
 
 def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `Alike` says
     """Whether no rule about one endpoint by itself has anything to say of it, and no error about what surrounds it."""
-    rules = about_one(profile.pack, role, observed)
-    return not rules.that_report(profile, profile, ~rules.bits["signal"])
+    return not any(_reporting(profile, role, observed))
 
 
 @lru_cache(maxsize=_CACHE)
