@@ -343,7 +343,7 @@ def stated_findings(
 ) -> list[Finding]:
     """Report what no topic decides: remarks of importers, of resolving, and of what is stated for the whole system."""
     return [
-        *_import_findings(system, context),
+        *import_findings(system, context),
         *resolved.findings,
         *problems,
         *unknown_starts(system),
@@ -355,7 +355,8 @@ def stated_findings(
     ]
 
 
-def _import_findings(system: System, context: Context) -> list[Finding]:
+def import_findings(system: System, context: Context) -> list[Finding]:
+    """Return what importers report."""
     return [
         Finding(
             code=note.code,
