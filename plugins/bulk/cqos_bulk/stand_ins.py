@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.checking.partners import BusyTopics, reported_alone
+from cqos_core.checking.partners import reported_alone
 from cqos_core.checking.topic import TopicResult, settled
 from cqos_core.language.relation import positions
 from cqos_core.matching.topic_outcomes import judge_shape
@@ -74,11 +74,9 @@ class StandIns:
             busy: topics with both sides that may be meant by a similar name.
         """
         pack = self.of.pack
-        meant = BusyTopics({pack.id: pack})
-        for topic in busy:
-            meant.put((pack.id, topic), topic)
+        meant = (((pack.id, topic), topic) for topic in busy)
         ends = {(pack.id, topic): listed for topic, listed in unmatched.items()}
-        found = reported_alone(ends, {pack.id: pack}, {}, lambda _: meant.meant, partial=False)
+        found = reported_alone(ends, {pack.id: pack}, {}, meant, partial=False)
         for (_, topic), findings in found.items():
             yield from ((topic, row) for row in self.rows(findings))
 
