@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core import Session, check
+from cqos_core import Endpoint, Participant, Place, Session, Setting, System, check, explain
 from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires
@@ -121,3 +121,33 @@ def test_a_requirement_on_an_end_is_not_decided_by_what_its_role_lacks():
     rule = requires(as_condition(RETURNED), code="POST999", name="of-one-end", because="it is so")
     report = checked(system, packs=[replace(POST, rules=(*POST.rules, rule))])
     assert [finding.endpoints for finding in report.findings if finding.code == "POST999"] == [("writer",)]
+
+
+def not_read(line: int, code: str = "CQ040") -> ImportNote:
+    return ImportNote(code, "warning", f"line {line} is not read", Place("file", line))
+
+
+@pytest.mark.parametrize(
+    ("notes", "told"),
+    [
+        ([not_read(3), not_read(4)], ["line 3 is not read"]),
+        ([not_read(4)], ["line 4 is not read"]),
+        ([not_read(3), not_read(3, "CQ041")], ["line 3 is not read"]),
+        (
+            [ImportNote("CQ042", "error", "it is not understood", endpoint="subscriber"), not_read(3)],
+            ["it is not understood", "line 3 is not read"],
+        ),
+    ],
+)
+def test_a_pair_names_what_its_importer_did_not_read(notes, told):
+    """What an importer reports stands at a value, or somewhere; a pair that it leaves open has a cause in any case."""
+    unread = Setting("", Place("file", 3), unknown="it is not read", reported="CQ040")
+    ends = {"publisher": unread, "subscriber": Setting("reliable")}
+    system = System(protocol="ros2", notes=notes)
+    for role, reliability in ends.items():
+        system.participants[role] = Participant(role)
+        stated = {"reliability": reliability}
+        system.endpoints.append(Endpoint(id=role, role=role, topic="/t", participant=role, settings=stated))
+    report = explain(system, publisher="publisher", subscriber="subscriber")
+    assert report.verdict == "unknown"
+    assert [each.message for each in report.findings] == told

@@ -10,10 +10,11 @@ from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
 from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.assumptions import assumptions
-from cqos_core.checking.checker import check_system, participant_findings
+from cqos_core.checking.checker import check_system, import_findings, participant_findings
 from cqos_core.checking.findings import draft_finding, one_per_cause
 from cqos_core.checking.topic_check import check_topic, refusing, settled, verdict_between
 from cqos_core.checking.value_fixes import with_judged_fixes
+from cqos_core.language.values import Anything
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
     already_reported,
@@ -40,13 +41,14 @@ from cqos_core.packs.guarantee import LINK
 from cqos_core.resolving.policy_comparison import compare_policies
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.behaviour.paths.delivery_paths import Pair
     from cqos_core.matching.pair_guarantees import PairGuarantee
     from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Assumption, Report
+    from cqos_core.model.settings import Place
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved_endpoint import Resolved
@@ -284,6 +286,7 @@ class _Pair:
             ),
             *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
             *(f for f in self._reported if not f.endpoints or set(f.endpoints) & concerned),
+            *self._imported(ends),
         ]
         reasons = failed_match_conditions(a, b)
         # A guarantee is one of pairs that fit.
@@ -309,12 +312,32 @@ class _Pair:
             found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
         return sorted(found, key=_loudest_first)
 
+    def _imported(self, ends: Iterable[EndpointGroup]) -> list[Finding]:
+        """Return what importers report that leaves anything of the two open: where a value stands, and what has no place of theirs."""
+        if self._pipeline is None:
+            return []
+        own = {self.offering.id, self.requesting.id}
+        codes = {code for end in ends for code in (*end.profile.unread, *end.profile.refused)}
+        every = import_findings(self._pipeline.system, self._pipeline.where) if codes else ()
+        found = [each for each in every if each.code in codes and (not each.endpoints or own & {*each.endpoints})]
+        places = {place for end in (self.offering, self.requesting) for place in _places_not_known(end)}
+        near = [each for each in found if each.endpoints or (each.code, each.place) in places]
+        told = {each.code for each in near}
+        return [*near, *(each for each in found if each.code not in told)]
+
     def comparisons(self, ends: Sequence[Resolved | EndpointGroup]) -> Iterable[PolicyComparison]:
         """Return one line per endpoint policy and stated fact, with the verdict of the pair rules that compare it."""
         sides = [(end.first if isinstance(end, EndpointGroup) else end, end.profile) for end in ends]
         violations = () if self._quiet else judge_pair(*[profile for _, profile in sides]).violations
         doubtful = {each.bound.rule.code: each.unknown or each.bound.rule.doubt for each in violations}
         return compare_policies(sides, self._parts, doubtful)
+
+
+def _places_not_known(end: Resolved) -> Iterator[tuple[str, Place | None]]:
+    """Yield where values stand that are not known, each with the code of the finding that says why."""
+    for index, value in end.profile.frame.open.items():
+        if isinstance(value, Anything) and value.code:
+            yield value.code, end.origin(index)[1]
 
 
 def _guarantees(given: Iterable[PairGuarantee], faults: Collection[str]) -> tuple[Guarantee, ...]:
@@ -363,10 +386,15 @@ def _path_report(
             )
         )
     members = {end.id for pair in pairs for end in pair}
+    codes = {code for pair in pairs for end in pair for code in (*end.profile.unread, *end.profile.refused)}
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
         findings=lazy_tuple(
-            lambda: [each for each in report().findings if each.endpoints and set(each.endpoints) <= members]
+            lambda: [
+                each
+                for each in report().findings
+                if (set(each.endpoints) <= members if each.endpoints else each.code in codes)
+            ]
         ),
         guarantees=_guarantees(over_hops(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
         hops=tuple(hops),

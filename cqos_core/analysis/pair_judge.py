@@ -1,17 +1,18 @@
 """Pairs from plain dictionaries: the verdict at once, what else a report has when it is read.
 
-What one side states is resolved once. A pair of two sides that are known goes straight to its verdict. Everything unusual (faults,
-presets, values from peers, packs that complete a system) takes the way of an explanation.
+What one side states is put together once, from what an end that states nothing inherits and the side's own settings. A pair of two such
+sides goes straight to its verdict. Everything unusual (faults, presets, needs, values from peers, packs that complete a system) takes the way
+of an explanation.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import timedelta
-from functools import partial
+from functools import cached_property, partial
 from threading import Lock
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.analysis.explanation import ends_alone, explain_ends, explain_in_pipeline
 from cqos_core.language.domains import SettingValue, as_text
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
     from cqos_core.model.finding import Verdict
     from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.parts import ProfileParts
-    from cqos_core.resolving.resolver import Resolver
+    from cqos_core.resolving.endpoint_values import EndpointValues
+    from cqos_core.resolving.parts import OwnSetting, ProfileParts
 
 Settings: TypeAlias = Mapping[str, SettingValue]
 _Texts: TypeAlias = tuple[tuple[str, str], ...]
@@ -44,7 +45,6 @@ _Texts: TypeAlias = tuple[tuple[str, str], ...]
 _MOST_SIDES: Final = 8_192
 _MOST_PAIRS: Final = 16
 _MOST_REPORTS: Final = 4_096
-_MOST_RESOLVED: Final = 1_000
 _HASHED: Final = frozenset((str, int, bool, timedelta))
 
 
@@ -64,13 +64,14 @@ def _letters(stated: _Texts) -> int:
 
 
 class _Side:
-    """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text."""
+    """What one side states; ``end`` and its ``settings`` where nothing is unusual; ``types`` of values that are no text."""
 
-    __slots__ = ("end", "stated", "types")
+    __slots__ = ("end", "settings", "stated", "types")
 
     def __init__(self, stated: _Texts) -> None:
         self.stated = stated
         self.end: PairEnd | None = None
+        self.settings: tuple[OwnSetting, ...] = ()
         self.types: tuple[tuple[str, type], ...] = ()
 
     def spelt_alike(self, settings: Settings) -> bool:
@@ -93,11 +94,18 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
-        self._known: Resolved | None = None
-        self._resolver: Resolver | None = None
-        self._like: dict[Role, tuple[ProfileParts, Resolved]] = {}
-        self._left = 0
-        self._turn = Lock()  # what resolves a side collects what is to be said of it
+        self._turn = Lock()  # what puts a side together collects what is to be said of it
+
+    @cached_property
+    def _nothing(self) -> _Nothing | None:
+        """Return two ends that state nothing; None where more than values decides about such ends."""
+        nothing = _Side(())
+        pipeline = self.pipeline(nothing, nothing)
+        ends = ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
+        if ends is None or ends[1].like.needs:
+            return None
+        found = {each.role: (each, each.parts) for each in ends if each.parts is not None}
+        return _Nothing(pipeline.resolver.values, found) if len(found) == len(ends) else None
 
     def offer(self, settings: Settings) -> _Side:
         """Return what a publisher states."""
@@ -129,10 +137,7 @@ class StatedPairs:
         return PairReport.unmade(found, partial(self._explained, offer, request))
 
     def _explained(self, offer: _Side, request: _Side) -> PairReport:
-        ends = self._ends(offer, request)
-        if ends is None:
-            return explain_in_pipeline(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
-        return explain_ends(*ends)
+        return explain_ends(self._end(offer, PUBLISHER), self._end(request, SUBSCRIBER))
 
     def pipeline(self, offer: _Side, request: _Side) -> Pipeline:
         """Return the system of two sides, to be explained."""
@@ -140,68 +145,61 @@ class StatedPairs:
         system = pair_system(self.protocol, dict(offer.stated), dict(request.stated), options, topic, needs)
         return Pipeline(system, self.where)
 
-    def _ends(self, offer: _Side, request: _Side) -> tuple[Resolved, Resolved] | None:
-        """Return the endpoints of two sides whose parts are known: then there is nothing to report of them."""
-        offering, requesting = self._end(offer, PUBLISHER), self._end(request, SUBSCRIBER)
-        return None if offering is None or requesting is None else (offering, requesting)
-
-    def _end(self, side: _Side, role: Role) -> Resolved | None:
-        known = self._like.get(role)
-        if side.end is None or side.end.parts is None or known is None:
-            return None
-        like = known[1]
-        endpoint = pair_end(role, dict(side.stated), like.endpoint.topic or "")
-        naming = Naming(like.key, like.shown)
-        made = Resolved.of(endpoint, like.participant, naming, role, role, external=like.external)
-        made.parts = side.end.parts
-        return made
-
     def _first(self, offer: _Side, request: _Side) -> PairReport:
         """Report on two sides that may be new; where anything is unusual the pair is explained at once."""
         with self._turn:
-            is_known = self._resolved(offer, PUBLISHER) and self._resolved(request, SUBSCRIBER)
+            is_known = self._put_together(offer, PUBLISHER) and self._put_together(request, SUBSCRIBER)
         if not is_known:
-            pipeline = self.pipeline(offer, request)
-            preset = any(name == "profile" for name, _ in (*offer.stated, *request.stated))
-            ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
-            if ends is None or ends[1].like.needs:
-                return explain_in_pipeline(pipeline, PUBLISHER, SUBSCRIBER)
-            with self._turn:
-                self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
-                self._like.clear()
-                self._take(offer, PUBLISHER, ends[0])
-                self._take(request, SUBSCRIBER, ends[1])
+            return explain_in_pipeline(self.pipeline(offer, request), PUBLISHER, SUBSCRIBER)
         assert offer.end is not None  # noqa: S101 - both are now
         assert request.end is not None  # noqa: S101 - likewise
         return self._lazy(outcome(offer.end, request.end).verdict, offer, request)
 
-    def _resolved(self, side: _Side, role: Role) -> bool:
-        """Resolve a new side by what resolved another one; return whether it is known, as nothing had to be said of it."""
-        resolver, known = self._resolver, self._known
-        if side.end is not None:
-            return True
-        if resolver is None or known is None or "profile" in dict(side.stated):
-            return False
-        if role in self._like:
-            parts = resolver.values.parts_like(*self._like[role], side.stated)
-            if parts is not None:
-                like = parts.inherited.profile
-                side.end = PairEnd(kind_of(like, role, False), like, parts)
-                return True
-        self._left -= 1
-        before = resolver.reader.remarks
-        end = resolver.alone(pair_end(role, dict(side.stated), known.endpoint.topic or ""), known.pack)
-        if resolver.reader.remarks != before or not self._left:
-            self._resolver = None  # what it would report is that of another pair, and its memories grow
-        elif end.key == known.key and not end.like.from_peers:
-            self._take(side, role, end)
+    def _put_together(self, side: _Side, role: Role) -> bool:
+        """Put a side together; return whether nothing is unusual about it."""
+        nothing = self._nothing if side.end is None else None
+        if nothing is not None and not any(name == "profile" for name, _ in side.stated):
+            like, parts = nothing.ends[role]
+            settings = nothing.values.settings(
+                parts.inherited, [(*each, "", False) for each in side.stated], like.endpoint
+            )
+            profile = parts.inherited.profile
+            own: ProfileParts | None = None
+            if parts.inherited.takes(settings):
+                own = parts._replace(settings=settings)
+            else:
+                laid = nothing.values.laid(parts.inherited, settings)
+                profile = laid.profile
+                if laid.remarks or profile.from_peers:
+                    return False
+            side.settings, side.end = settings, PairEnd(kind_of(profile, role, False), profile, own)
         return side.end is not None
 
-    def _take(self, side: _Side, role: Role, end: Resolved) -> None:
-        """Keep what was resolved of a side; others may be put together like it."""
-        if end.parts is not None:
-            self._like[role] = end.parts, end
-        side.end = PairEnd(kind_of(end.like, role, False), end.like, end.parts)
+    def _end(self, side: _Side, role: Role) -> Resolved:
+        """Return the endpoint of a side of which nothing is unusual."""
+        assert self._nothing is not None  # noqa: S101 - it was put together
+        assert side.end is not None  # noqa: S101 - likewise
+        like, parts = self._nothing.ends[role]
+        endpoint = pair_end(role, dict(side.stated), like.endpoint.topic or "")
+        made = Resolved.of(endpoint, like.participant, Naming(like.key, like.shown), role, role, external=like.external)
+        made.parts = side.end.parts
+        if made.parts is None:
+            with self._turn:
+                laid = self._nothing.values.laid(parts.inherited, side.settings)
+            made.profile, made.layers = laid.profile, laid.layers + parts.of_topic
+        return made
+
+
+class _Nothing(NamedTuple):
+    """Ends that state nothing.
+
+    Attributes:
+        values: reads what others state.
+        ends: by role, each with the parts of its profile.
+    """
+
+    values: EndpointValues
+    ends: Mapping[str, tuple[Resolved, ProfileParts]]
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.values import Depends, OneOf
-from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds
+from cqos_core.matching.judge import assuming, errors_that_read, refusing_values, refusing_worlds, unset_errors
 from cqos_core.model.caches import keep
 from cqos_core.model.finding import Severity
 from cqos_core.model.report import Assumption
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.finding_facts import options_behind, options_in_words, steered_by_options
 from cqos_core.resolving.parts import INDEX_OF
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from collections.abc import Set as AbstractSet
 
     from cqos_core.language.policy import Policy
+    from cqos_core.matching.judge import UnsetErrors
     from cqos_core.model.finding import Finding
     from cqos_core.model.system import System
     from cqos_core.packs.bound_rule import BoundRule
@@ -50,12 +52,12 @@ def assumptions(
     opened = {id(owner): found for owner in owners if (found := tuple(_opened(owner)))}
     unset = {id(owner): options for owner in owners if (options := tuple(_unset(owner)))}
     every = [*endpoints] if opened or unset else []
-    paired = {*paired} if unset else paired
+    ends = cache(lambda: frozenset(paired))
     concerned = [each for each in every if id(each.participant) in opened]
     named: dict[str, _Open] = {}
     barred: dict[str, set[str]] = {}
     in_part = {owner: frozenset(each.name for each in found if each.partly) for owner, found in opened.items()}
-    for each, read, refused in _of_pairs(concerned, paired, in_part, named.keys()):
+    for each, read, refused in _of_pairs(concerned, ends, in_part, named.keys()):
         for option in opened[id(each.participant)]:
             without = {value for value in option.values if f"{option.name}={value}" in refused}
             barred.setdefault(option.name, set()).update(without)
@@ -65,7 +67,7 @@ def assumptions(
     for bound, each in _of_findings(concerned, findings, packs) if partly - named.keys() else ():
         read = _read_by(bound, each)
         named |= {o.name: o for o in opened[id(each.participant)] if o.partly and o.option in read}
-    for option, refused in _of_unset(every, paired, unset):
+    for option, refused in _of_unset(every, ends, unset):
         named[option.name] = option
         barred.setdefault(option.name, set()).update(refused)
     return tuple(
@@ -76,20 +78,23 @@ def assumptions(
 
 def _unset(owner: ResolvedParticipant) -> Iterator[tuple[_Open, int]]:
     """Yield the options of few values that nothing states and for which the pack assumes none."""
-    for at in _without_assumption(owner.pack):
+    for option, at in _without_assumption(owner.pack):
         if not any(at in layer.settings for layer in owner.layers):
-            policy = owner.pack.policies[at]
-            values = tuple(policy.domain.format(value) for value in policy.domain.candidates())
-            yield _Open(f"{owner.pack.id}.{policy.name}", policy.name, values, partly=False), at
+            yield option, at
 
 
 @lru_cache
-def _without_assumption(pack: RulePack) -> tuple[int, ...]:
-    return tuple(
-        at
-        for at, policy in enumerate(pack.policies)
-        if policy.level == "option" and policy.default is None and not policy.assume and policy.domain.candidates()
-    )
+def _without_assumption(pack: RulePack) -> tuple[tuple[_Open, int], ...]:
+    """The options that a pack assumes nothing for and that decide whether an end exists."""
+    needed = {preset.needs[0] for preset in pack.presets.values() if preset.needs is not None}
+    found = []
+    for at, policy in enumerate(pack.policies):
+        values = tuple(map(policy.domain.format, policy.domain.candidates()))
+        assumed = policy.level != "option" or policy.default is not None or policy.assume
+        read = (errors_that_read(pack, role, False, at) for role in (PUBLISHER, SUBSCRIBER))
+        if values and not assumed and (policy.name in needed or any(read)):
+            found.append((_Open(f"{pack.id}.{policy.name}", policy.name, values, partly=False), at))
+    return tuple(found)
 
 
 def _without_presets(endpoint: Resolved, option: str) -> frozenset[str]:
@@ -104,19 +109,24 @@ def _without_presets(endpoint: Resolved, option: str) -> frozenset[str]:
 
 
 def _of_unset(
-    endpoints: Iterable[Resolved], paired: Iterable[str], unset: Mapping[int, Sequence[tuple[_Open, int]]]
+    endpoints: Iterable[Resolved], ends: Callable[[], frozenset[str]], unset: Mapping[int, Sequence[tuple[_Open, int]]]
 ) -> Iterator[tuple[_Open, frozenset[str]]]:
     """Yield the options that nothing states with values under which an end of a pair does not exist or is refused."""
-    ends = frozenset(paired) if unset else _NONE
-    for each in endpoints:
-        options = unset.get(id(each.participant))
-        for option, at in options if options and each.id in ends else ():
-            kin = each.representative
-            refused = _without_presets(each, option.option) if kin.profiles else _NONE
-            for bound in errors_that_read(each.pack, kin.role, kin.observed, at):
-                refused |= refusing_values(each.pack, bound, kin.role, at, tuple(map(each.value, bound.bound.own)))
-            if refused:
-                yield option, refused
+    known: dict[tuple[object, ...], UnsetErrors] = {}
+    for each in endpoints if unset else ():
+        kin, frame = each.representative, each.like.frame
+        for option, at in unset.get(id(each.participant), ()):
+            key = frame, kin.role, kin.observed, at
+            errors = known.get(key)
+            if errors is None:
+                errors = known[key] = unset_errors(each.pack, *key)
+            refusing = errors.that_may_refuse(each.known)
+            if (refusing or kin.profiles) and each.id in ends():
+                refused = _without_presets(each, option.option) if kin.profiles else _NONE
+                for bound in refusing:
+                    refused |= refusing_values(each.pack, bound, kin.role, at, tuple(map(each.value, bound.bound.own)))
+                if refused:
+                    yield option, refused
 
 
 def with_imported(found: tuple[Assumption, ...], system: System) -> tuple[Assumption, ...]:
@@ -154,7 +164,7 @@ def _options(pack: RulePack) -> tuple[tuple[int, Policy, str], ...]:
 
 def _of_pairs(
     concerned: Sequence[Resolved],
-    paired: Iterable[str],
+    ends: Callable[[], frozenset[str]],
     in_part: Mapping[int, frozenset[str]],
     named: AbstractSet[str],
 ) -> Iterator[tuple[Resolved, frozenset[str], frozenset[str]]]:
@@ -162,13 +172,12 @@ def _of_pairs(
 
     Args:
         concerned: endpoints whose participant leaves options open.
-        paired: see `assumptions`.
+        ends: the ids of endpoints in pairs.
         in_part: by identity of a participant, its open options for which the pack has further values.
         named: the options that are known already as the base of a verdict.
     """
     known: dict[tuple[Any, ...], frozenset[str]] = {}
     rules: dict[tuple[object, ...], bool] = {}
-    ends: set[str] | None = None
     for each in concerned:
         frame, role, observed = each.like.frame, each.representative.role, each.representative.observed
         refusing = rules.get((frame, role, observed))
@@ -178,10 +187,8 @@ def _of_pairs(
             continue
         read = _resting(each, known)
         refused = refusing_worlds(each.profile, role, observed) if refusing else _NONE
-        if read or refused:
-            ends = {*paired} if ends is None else ends
-            if each.id in ends:
-                yield each, read, refused
+        if (read or refused) and each.id in ends():
+            yield each, read, refused
 
 
 def _resting(endpoint: Resolved, known: dict[tuple[Any, ...], frozenset[str]]) -> frozenset[str]:

@@ -341,7 +341,7 @@ def stated_findings(
 ) -> list[Finding]:
     """Return findings that no topic decides: those of importers, of resolving, and about the whole system."""
     return [
-        *_import_findings(system, context),
+        *import_findings(system, context),
         *resolved.findings,
         *problems,
         *unknown_starts(system),
@@ -353,7 +353,8 @@ def stated_findings(
     ]
 
 
-def _import_findings(system: System, context: CheckContext) -> list[Finding]:
+def import_findings(system: System, context: CheckContext) -> list[Finding]:
+    """Return what importers report."""
     return [
         Finding(
             code=note.code,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import insort
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
@@ -10,11 +9,12 @@ from cqos_core.matching.topic_groups import bridges_of
 from cqos_core.model.codes import CODES
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Finding, Severity, Side
-from cqos_core.model.spelling import TypedNames, typing_errors
+from cqos_core.model.grouping import grouped
+from cqos_core.model.spelling import typing_errors
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.checking.topic_check import TopicResult
     from cqos_core.matching.topic_groups import TopicKey
@@ -55,7 +55,8 @@ def unmatched_endpoints(
     }
     lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
     unmatched = sum(map(len, lonely.values())) if system.partial else 0
-    found = reported_alone(lonely, packs, kinds, lambda keys: _Busy(results, packs, keys).meant, partial=system.partial)
+    busy = ((key, result.groups[0].topic) for key, result in results.items() if result.groups)
+    found = reported_alone(lonely, packs, kinds, busy, partial=system.partial)
     return [finding for findings in found.values() for finding in findings], unmatched
 
 
@@ -74,7 +75,7 @@ def reported_alone(
     lonely: Mapping[TopicKey, Sequence[Resolved]],
     packs: Mapping[str, RulePack],
     kinds: Mapping[str, str],
-    busy: Callable[[Sequence[TopicKey]], Callable[[TopicKey], str | None]],
+    busy: Iterable[tuple[TopicKey, str]],
     *,
     partial: bool,
 ) -> dict[TopicKey, list[Finding]]:
@@ -84,7 +85,7 @@ def reported_alone(
         lonely: by topic the endpoints without partner.
         packs: by protocol.
         kinds: by id of a stated endpoint its kind, where that is no message.
-        busy: takes the topics in question; returns a function that names the topic with matches that may be meant.
+        busy: topics on which others match, with how these write them; one of them may be meant.
         partial: the system is a part.
     """
     near, silenced = near_misses(lonely, packs)
@@ -92,7 +93,7 @@ def reported_alone(
     if partial:
         return found
     loud = [key for key in sorted(lonely) if key not in silenced]
-    meant = busy(loud)
+    meant = _BusyTopics(busy if loud else (), packs, loud).meant
     reported = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
     for key in loud:
         for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
@@ -109,71 +110,31 @@ def reported_alone(
     return found
 
 
-class BusyTopics:
-    """Topics on which endpoints match, to be suggested for names that nearly agree; they come and go."""
-
-    def __init__(self, packs: Mapping[str, RulePack]) -> None:
-        """Begin without topics; ``packs`` are those by protocol."""
-        self._packs = packs
-        self._shown: dict[TopicKey, str] = {}
-        self._folded: dict[tuple[str, str, str], list[str]] = {}
-        self._typed: dict[str, TypedNames] = {}
-
-    def put(self, key: TopicKey, shown: str | None) -> None:
-        """Note how the endpoints that match on a topic write it; None: none match there."""
-        pack_id, name = key
-        if (known := key in self._shown) is not (shown is not None):
-            typed = self._typed.setdefault(pack_id, TypedNames())
-            (typed.discard if known else typed.add)(name)
-            for words, fold in self._packs[pack_id].topic_matching.folds:
-                names = self._folded.setdefault((pack_id, words, fold(name)), [])
-                names.remove(name) if known else insort(names, name)
-        if shown is None:
-            self._shown.pop(key, None)
-        else:
-            self._shown[key] = shown
-
-    def meant(self, key: TopicKey) -> str | None:
-        """Say which of the topics has nearly the same name as ``key``."""
-        pack_id, name = key
-        for words, fold in self._packs[pack_id].topic_matching.folds:
-            names = self._folded.get((pack_id, words, fold(name)))
-            if names:
-                return f"did you mean `{self._shown[pack_id, names[0]]}`? the names {words}"
-        near = self._typed[pack_id].near(name) if pack_id in self._typed else ()
-        return f"did you mean `{self._shown[pack_id, near[0]]}`?" if near else None
-
-
-class _Busy:
+class _BusyTopics:
     """Topics on which endpoints match, to be suggested for names that nearly agree."""
 
     def __init__(
-        self,
-        results: Mapping[TopicKey, TopicResult],
-        packs: Mapping[str, RulePack],
-        lonely: Sequence[TopicKey],
+        self, shown: Iterable[tuple[TopicKey, str]], packs: Mapping[str, RulePack], lonely: Iterable[TopicKey]
     ) -> None:
+        """Take how these endpoints write their topics, and the topics in question."""
         self._packs = packs
-        self._topics: dict[tuple[str, str, str], str] = {}  # by protocol, words of the fold, and folded key
-        self._misspelt: dict[tuple[str, str], str] = {}
+        self._folded: dict[tuple[str, str, str], str] = {}  # by protocol, words of the fold, and folded name
+        self._misspelt: dict[TopicKey, str] = {}
         matched: dict[str, dict[str, str]] = {}
-        for (pack_id, key), result in sorted(results.items()) if lonely else ():
-            if not result.groups:
-                continue
-            topic = result.groups[0].topic
-            matched.setdefault(pack_id, {})[key] = topic
+        for (pack_id, name), topic in sorted(shown):
+            matched.setdefault(pack_id, {})[name] = topic
             for words, fold in packs[pack_id].topic_matching.folds:
-                self._topics.setdefault((pack_id, words, fold(key)), topic)
+                self._folded.setdefault((pack_id, words, fold(name)), topic)
+        asked = grouped(lonely)
         for pack_id, topics in matched.items():
-            names = [key for other, key in lonely if other == pack_id]
-            for name, near in typing_errors(names, topics).items():
+            for name, near in typing_errors(asked.get(pack_id, ()), topics).items():
                 self._misspelt[pack_id, name] = topics[near[0]]
 
-    def meant(self, key: tuple[str, str]) -> str | None:
-        """Say which topic on which others match has nearly the same name."""
+    def meant(self, key: TopicKey) -> str | None:
+        """Say which of the topics has nearly the same name."""
         pack_id, name = key
         for words, fold in self._packs[pack_id].topic_matching.folds:
-            topic = self._topics.get((pack_id, words, fold(name)))
+            topic = self._folded.get((pack_id, words, fold(name)))
             if topic is not None:
                 return f"did you mean `{topic}`? the names {words}"
         topic = self._misspelt.get(key)

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import TYPE_CHECKING, Final
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.bound_condition import NO_SIGNAL, RuleAnswer, Signal
+from cqos_core.language.condition_compiler import CommonValues, Question, compile_conditions
 from cqos_core.language.policy import NEED
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import RuleQuestion, RuleSet
+from cqos_core.matching.rule_set import EVERY, RuleQuestion, RuleSet
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.reader import depends
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
+    from cqos_core.language.condition_compiler import CompiledConditions
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value, Values
     from cqos_core.packs.bound_rule import BoundRule
@@ -186,6 +188,11 @@ def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
 def _violations(rules: RuleSet, among: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
     """Yield the violations of some rules of a set."""
     certain, asked = rules.reporting(first, second, among)
+    return _say(rules, certain, asked, first, second)
+
+
+def _say(rules: RuleSet, certain: int, asked: int, first: QosProfile, second: QosProfile) -> Iterator[Violation]:
+    """Yield what rules say that report for certain, and those that were asked."""
     for position in positions(certain | asked):
         bound = rules.rules[position]
         if certain >> position & 1:
@@ -218,10 +225,22 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 
 
 @lru_cache(maxsize=_CACHE)
+def _reporting(profile: QosProfile, role: str, observed: bool) -> tuple[int, int]:  # noqa: FBT001 - a cache key
+    """Return as bits which rules report on an endpoint by itself, for certain and when asked; of topics none."""
+    rules = about_one(profile.pack, role, observed)
+    return rules.reporting(profile, profile, ~rules.bits["signal"])
+
+
+def _violations_of_one(profile: QosProfile, role: str, observed: bool, among: int) -> Iterator[Violation]:  # noqa: FBT001 - likewise
+    """Yield what some of these rules say."""
+    certain, asked = _reporting(profile, role, observed)
+    return _say(about_one(profile.pack, role, observed), certain & among, asked & among, profile, profile)
+
+
+@lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    rules = about_one(profile.pack, role, observed)
-    return tuple(_violations(rules, rules.bits["endpoint"], profile, profile))
+    return tuple(_violations_of_one(profile, role, observed, about_one(profile.pack, role, observed).bits["endpoint"]))
 
 
 @lru_cache
@@ -280,8 +299,7 @@ def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violatio
 @lru_cache(maxsize=_CACHE)
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
-    rules = about_one(profile.pack, role, observed)
-    violations = _violations(rules, ~rules.bits["signal"], profile, profile)
+    violations = _violations_of_one(profile, role, observed, EVERY)
     return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in violations if each.refuses)]))
 
 
@@ -327,6 +345,45 @@ def errors_that_read(pack: RulePack, role: str, observed: bool, at: int) -> tupl
     return tuple(each for each in rules if each.rule.severity == "error" and at in each.bound.own)
 
 
+_WORTH_A_FUNCTION: Final = 50
+
+
+class UnsetErrors:
+    """The errors about ends of one frame that read an option which nothing states.
+
+    Attributes:
+        errors: those.
+    """
+
+    def __init__(self, pack: RulePack, frame: ProfileFrame, role: str, observed: bool, at: int) -> None:  # noqa: FBT001 - as the above
+        """Take the frame and the index of the option."""
+        self.errors = errors_that_read(pack, role, observed, at)
+        self._common = {**frame.options, **frame.open, at: _any_of(pack, pack.policies[at])}
+        self._size = 2 * pack.vocabulary.size
+        self._asked = 0
+
+    def that_may_refuse(self, known: Sequence[Any]) -> Sequence[BoundRule]:
+        """Return the errors that may refuse an end of these known values; `refusing_values` tells under which of the option.
+
+        All of them until a function is worth it, which passes most over.
+        """
+        if self._asked < _WORTH_A_FUNCTION:
+            self._asked += 1
+            return self.errors
+        bits = self._function.reporting(known, known)
+        return [self.errors[position] for position in positions(bits)] if bits else ()
+
+    @cached_property
+    def _function(self) -> CompiledConditions:
+        values = tuple([self._common.get(index) for index in range(self._size)])
+        alike = CommonValues(values, values, (frozenset(self._common),) * 2)
+        errors = [(each.bound, each.rule.kind == "forbids") for each in self.errors]
+        return compile_conditions([Question(*each, undecided=True, common=alike) for each in errors], alone=True)
+
+
+unset_errors: Final = lru_cache(maxsize=_FRAMES)(UnsetErrors)
+
+
 @lru_cache(maxsize=_CACHE)
 def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
     """Return the errors about an endpoint and its surroundings that read values which depend on assumptions."""
@@ -337,8 +394,7 @@ def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> 
 
 def is_silent(profile: QosProfile, role: str, observed: bool) -> bool:  # noqa: FBT001 - as everything that `GroupKey` has
     """Return whether no rule about one endpoint reports on it, and no error about its surroundings."""
-    rules = about_one(profile.pack, role, observed)
-    return not rules.that_report(profile, profile, ~rules.bits["signal"])
+    return not any(_reporting(profile, role, observed))
 
 
 @lru_cache(maxsize=_CACHE)

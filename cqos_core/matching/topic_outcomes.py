@@ -156,7 +156,7 @@ def _judge(shape: TopicShape) -> TopicOutcome:
     if both:
         _pair_rules(shape, reporting, pairs, hits)
     said = (*hits.values(), *_endpoint_rules(shape))
-    return TopicOutcome(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
+    return TopicOutcome(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs, shape.pack), said)
 
 
 def _is_quiet(shape: TopicShape) -> bool:
@@ -415,15 +415,30 @@ def _split_segments(
         segments[key] = segments.get(key, 0) | touched
 
 
-def _rows(pairs: _Pairs) -> tuple[JudgedPairs, ...]:
+def _rows(pairs: _Pairs, pack: RulePack) -> tuple[JudgedPairs, ...]:
     """Put publishers together whose pairs have equal results."""
     rows: dict[tuple[Verdict, tuple[str, ...], int], list[int]] = {}
     for publisher, segments in enumerate(pairs.segments):
-        for (verdict, codes), mask in segments.items():
+        masks: dict[tuple[Verdict, tuple[str, ...]], int] = {}
+        for (verdict, said), mask in segments.items():
+            key = verdict, _in_order(said, pack)
+            masks[key] = masks.get(key, 0) | mask
+        for (verdict, codes), mask in masks.items():
             rows.setdefault((verdict, codes, mask), []).append(publisher)
     return tuple(
         JudgedPairs(tuple(publishers), mask, verdict, codes) for (verdict, codes, mask), publishers in rows.items()
     )
+
+
+def _in_order(codes: tuple[str, ...], pack: RulePack) -> tuple[str, ...]:
+    """Sort codes: those of no rule, then those of rules as the pack has them. What else is on a topic changes nothing."""
+    places = _places(pack)
+    return codes if len(codes) < 2 else tuple(sorted(codes, key=lambda code: (places.get(code, -1), code)))  # noqa: PLR2004 - one
+
+
+@lru_cache
+def _places(pack: RulePack) -> dict[str, int]:
+    return {rule.code: place for place, rule in enumerate(pack.rules)}
 
 
 # Endpoints

@@ -51,7 +51,8 @@ class Pair:
 class Group:
     """Publishers and subscribers of one topic whose pairs all have the same result, by the same rules.
 
-    ``internal`` counts the pairs whose two ends belong to one participant; ``codes`` are the rules that reported.
+    ``internal`` counts the pairs whose two ends belong to one participant; ``codes`` are the rules that reported,
+    in the order of their pack.
     """
 
     topic: str

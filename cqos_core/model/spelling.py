@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect, insort
-from collections import Counter
 from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from typing import Final
@@ -148,48 +146,6 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
         if near:
             found[name] = [other for _, other in near]
     return found
-
-
-class TypedNames:
-    """Names that come and go, to be found by another that differs from them by a typing error; see `typing_errors`.
-
-    Each is filed once, so that many cost little memory; a search tries all letters in use.
-    """
-
-    def __init__(self) -> None:
-        """Begin without names."""
-        self._filed: dict[str, list[str]] = {}
-        self._letters: Counter[str] = Counter()
-
-    def add(self, name: str) -> None:
-        """Add a name that is not there yet."""
-        letters, digits = _sorted_letters(name)
-        insort(self._filed.setdefault(letters + digits, []), name)
-        self._letters.update(set(letters))
-
-    def discard(self, name: str) -> None:
-        """Take away a name that is there."""
-        letters, digits = _sorted_letters(name)
-        names = self._filed[letters + digits]
-        names.remove(name)
-        if not names:
-            del self._filed[letters + digits]
-        self._letters.subtract(set(letters))
-
-    def near(self, name: str) -> list[str]:
-        """Return the names that ``name`` may be a typing error of, the nearest first."""
-        candidates = {other for stub in stubs_of(name) for other in self._first_of(stub)}
-        return [other for apart, other in sorted((_mistyped(name, other), other) for other in candidates) if apart]
-
-    def _first_of(self, stub: str) -> list[str]:
-        """The first names that have the stub: those of its letters, and those of one letter more."""
-        letters, digits = _sorted_letters(stub)
-        found = [*self._filed.get(stub, ())]
-        for letter, number in self._letters.items():
-            if number:
-                at = bisect(letters, letter)
-                found += self._filed.get(letters[:at] + letter + letters[at:] + digits, ())
-        return sorted(each for each in found if len(each) <= _LONGEST)[:_CROWD]
 
 
 def _sorted_letters(name: str) -> tuple[str, str]:

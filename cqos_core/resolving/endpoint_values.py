@@ -16,7 +16,7 @@ from cqos_core.model.endpoint_rows import FIRST_TEXT, RowEndpoint, as_object
 from cqos_core.model.settings import Setting
 from cqos_core.resolving.endpoint_remarks import OWN, WHOSE, OwnPlace, with_blanks
 from cqos_core.resolving.layers import Layer, Stated
-from cqos_core.resolving.parts import READ, Inherited, Laid, OwnSetting, ProfileParts, ReadContext
+from cqos_core.resolving.parts import READ, Inherited, Laid, OwnSetting, ReadContext
 from cqos_core.resolving.profiles import base_layer
 from cqos_core.resolving.qos_profile import intern
 from cqos_core.resolving.reader import SettingsReader, ValueSource, Whose, either, how_written
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.presets import Dialect
     from cqos_core.resolving.endpoint_remarks import Remark
     from cqos_core.resolving.profiles import Profiles, User
-    from cqos_core.resolving.resolved_endpoint import Resolved, ResolvedParticipant
+    from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
 
 Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
 """A setting as `Endpoint.setting_texts` has it."""
@@ -237,12 +237,6 @@ class EndpointValues:
         """Return the settings of an endpoint, each read by itself; ``said`` is what `Endpoint.setting_texts` has of them."""
         number = inherited.number
         return tuple([_SETTINGS.get((number, item)) or self._setting(inherited, item, endpoint) for item in said])
-
-    def parts_like(self, parts: ProfileParts, of: Resolved, texts: Iterable[tuple[str, str]]) -> ProfileParts | None:
-        """Return the parts of an endpoint that differs from one with parts in its settings only; None where it has none."""
-        said: list[Item] = [(name, text, "", False) for name, text in texts]
-        settings = self.settings(parts.inherited, said, of.endpoint)
-        return parts._replace(settings=settings) if parts.inherited.takes(settings) else None
 
     def _setting(self, inherited: Inherited, item: Item, endpoint: Endpoint | Row) -> OwnSetting:
         name, text, unknown, derived = item

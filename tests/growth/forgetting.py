@@ -63,6 +63,8 @@ def forget() -> None:
             judge.about_one,
             judge.refusing_values,
             judge.errors_that_read,
+            judge.unset_errors,
+            judge._reporting,
             assumed._without_assumption,
         ),
         *(profiles.conventions, profiles.conventional, profiles.base_layer),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
 import pytest
 from hypothesis import given
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from cqos_core import Assumption, Report, Setting, Verdict, check, check_pair, read
 from cqos_core.api import context
 from cqos_core.formatters.several import together
+from cqos_core.matching import judge
 from tests.laws.systems import BOTH, PACKS, WHERE, systems
 from tests.laws.test_fixes import random_systems
 
@@ -122,3 +124,24 @@ def test_a_known_verdict_of_an_installed_pack_is_that_of_every_assumed_value(pro
     assert pack is not None
     text = data.draw(random_systems(pack))
     assert not [*law(read(text.encode()), pack)], text
+
+
+@pytest.mark.parametrize("asked", [0, 1_000_000_000])
+def test_errors_about_an_unset_option_refuse_ends_however_many_are_asked(asked: int):
+    ends = "a: {publishes: {/t: }}\n  b: {subscribes: {/t: {reliability: best_available}}}"
+    with patch.object(judge, "_WORTH_A_FUNCTION", asked):
+        report = check(f"cqos: 1\nprotocol: ros2\nparticipants:\n  {ends}\n".encode())
+        named = {each.option: each.values for each in report.assumed}
+    assert named["ros2.distro"] == ("iron", "jazzy", "kilted", "lyrical", "rolling")
+
+
+@given(st.data())
+def test_no_error_about_an_unset_option_is_passed_over(data: Any):
+    """The function that tells which errors may refuse an end agrees with asking all of them."""
+    pack = INSTALLED.find_pack("ros2")
+    assert pack is not None
+    system = read(data.draw(random_systems(pack)).encode())
+    with patch.object(judge, "_WORTH_A_FUNCTION", 0):
+        found = tuple(check(system).assumed)
+    with patch.object(judge, "_WORTH_A_FUNCTION", 1_000_000_000):
+        assert tuple(check(system).assumed) == found

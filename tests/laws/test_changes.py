@@ -14,7 +14,6 @@ from hypothesis.stateful import invariant
 from cqos_core import Endpoint, Participant, ProfileRef, Session, Setting, System, check
 from cqos_core.language.parser import parse
 from cqos_core.model.changes import Changes, counted
-from cqos_core.model.spelling import TypedNames, typing_errors
 from cqos_core.model.system import Bound, ImportNote, Overlay, TeamRule
 from cqos_core.packs.rule import forbids
 from cqos_core.packs.topic_matching import Naming, TopicMatching
@@ -217,22 +216,6 @@ def test_what_concerns_several_endpoints_is_found_again(pack, parts, edits, new)
         texts |= {frozenset(map(str, fresh.findings))}
     known.has(check(system, packs=[pack]))
     assert len(texts) > 1
-
-
-NAMES = st.text("abrst/1", min_size=1, max_size=9) | st.sampled_from(
-    ["status", "staus", "stauts", "statuss", "line1/status"]
-)
-
-
-@given(st.sets(NAMES, max_size=30), st.sets(NAMES, max_size=5), st.lists(NAMES, max_size=5))
-def test_names_that_come_and_go_are_found_as_names_that_are_there(others, gone, names):
-    typed = TypedNames()
-    for each in sorted(others | gone, reverse=True):
-        typed.add(each)
-    for each in gone:
-        typed.discard(each)
-    found = {name: near for name in names if (near := typed.near(name))}
-    assert found == typing_errors(names, sorted(others - gone))
 
 
 class Telling(Editing):

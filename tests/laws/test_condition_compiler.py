@@ -20,6 +20,7 @@ from cqos_core.matching import pair_guarantees, rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
+    _reporting,
     about_one,
     ask,
     ask_end,
@@ -148,7 +149,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
 )
 def always(request, monkeypatch):
     """Compile rules for what two profiles have in common, when they are first asked; for all; and never."""
-    forget = (over_both, about_one, judge_pair, failed_match_conditions, judge_endpoint)
+    forget = (over_both, about_one, judge_pair, failed_match_conditions, judge_endpoint, _reporting)
     monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param[0])
     monkeypatch.setattr(rule_set, "_WORTH_COMPILING", request.param[1])
     monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)

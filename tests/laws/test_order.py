@@ -51,6 +51,15 @@ def test_declaration_order_never_matters(words, data, rng):
     assert render_json(again, Style()) == render_json(report, Style())
 
 
+@pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
+@given(st.data())
+def test_codes_of_a_group_stand_in_the_order_of_the_pack(words, data):
+    (pack,) = (each for each in PACKS if each.id == words.protocol)
+    places = {rule.code: place for place, rule in enumerate(pack.rules)}
+    for group in check(data.draw(systems(words)), packs=PACKS).groups:
+        assert group.codes == tuple(sorted(group.codes, key=lambda code: (places.get(code, -1), code)))
+
+
 @given(systems(LETTERS), systems(ROBOTS), st.randoms(use_true_random=False))
 def test_not_even_where_two_protocols_are_in_one_system(letters, robots, rng):
     system = letters

@@ -54,8 +54,9 @@ def a_side(random: Random, pack: RulePack) -> dict[str, Any]:
 
 
 def general(pack: RulePack, offered: Any, requested: Any, around: tuple[Any, Any, Any]) -> cqos.PairReport:
-    """Explain a pair in a system of its own."""
-    system = pair_system(pack.id, offered, requested, *around)
+    """Explain a pair in a system of its own; a profile that is None is none."""
+    sides = ({name: value for name, value in each.items() if value is not None} for each in (offered, requested))
+    system = pair_system(pack.id, *sides, *around)
     return cqos.explain(system, publisher="publisher", subscriber="subscriber", packs=[pack])
 
 

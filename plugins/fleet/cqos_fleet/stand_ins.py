@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.checking.topic_check import TopicResult, settled
-from cqos_core.checking.unmatched_endpoints import BusyTopics, reported_alone
+from cqos_core.checking.unmatched_endpoints import reported_alone
 from cqos_core.language.relation import positions
 from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.model.codes import CODES
@@ -73,11 +73,9 @@ class StandIns:
             busy: topics with both sides that may be meant by a similar name.
         """
         pack = self.of.pack
-        meant = BusyTopics({pack.id: pack})
-        for topic in busy:
-            meant.put((pack.id, topic), topic)
+        meant = (((pack.id, topic), topic) for topic in busy)
         ends = {(pack.id, topic): listed for topic, listed in unmatched.items()}
-        found = reported_alone(ends, {pack.id: pack}, {}, lambda _: meant.meant, partial=False)
+        found = reported_alone(ends, {pack.id: pack}, {}, meant, partial=False)
         for (_, topic), findings in found.items():
             yield from ((topic, row) for row in self.rows(findings))
 
