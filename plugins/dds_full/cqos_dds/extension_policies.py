@@ -62,12 +62,13 @@ COMPRESSION: Final = Policy(
     changeable=False,
     unseen=True,
 )
+MAY_LOSE: Final = "may_lose"
 EXTENSIONS: Final = Policy(
     "extensions",
-    Choice("none", "refusing", ordered=False),
+    Choice("none", MAY_LOSE, "refusing", ordered=False),
     "none",
-    "Whether QoS that C-QoS does not model keeps this end from matching. It is unknown where a file has such an element; `none` "
-    "states that it does not.",
+    "What QoS that C-QoS does not model does to this end: nothing, it may lose samples, or it keeps the end from matching. It is "
+    "unknown where a file has an element that may prevent a match; `none` states that it does not.",
     "C-QoS, elements that are not modelled",
     words={"unknown": Anything("the QoS has elements that C-QoS does not model")},
     entities=("writer", "reader", "publisher", "subscriber"),

@@ -26,7 +26,7 @@ from cqos_core.packs import (
     requested,
     topic,
 )
-from cqos_dds.extension_policies import DISABLE_POSITIVE_ACKS
+from cqos_dds.extension_policies import DISABLE_POSITIVE_ACKS, EXTENSIONS
 from cqos_dds.guarantee_terms import (
     DURABLE,
     KEPT,
@@ -375,9 +375,30 @@ TIME: Final = (
     ),
 )
 
+NOT_MODELLED: Final = tuple(
+    gives(
+        word,
+        (offered(EXTENSIONS) == "none") & (requested(EXTENSIONS) == "none"),
+        doubt=True,
+        code=code,
+        name=f"{name}-by-extension",
+        because="a file sets what C-QoS does not model and what may lose samples or delay the loss of a writer",
+        clause="C-QoS, elements that are not modelled",
+        help="state `extensions: none` where the elements decide nothing",
+    )
+    for code, word, name in (
+        ("DDS566", "latest", "latest-lost"),
+        ("DDS567", "loss_free", "loss"),
+        ("DDS568", "late_join", "late-join-lost"),
+        ("DDS569", "offline", "offline-lost"),
+        ("DDS570", "max_gap", "gap"),
+        ("DDS571", "liveness", "loss-of-writer-noticed-late"),
+    )
+)
+
 GUARANTEES: Final = (
     *(*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME),
-    *(*OTHER_WRITERS, *EXPIRED, *OVER_AN_OUTAGE),
+    *(*OTHER_WRITERS, *NOT_MODELLED, *EXPIRED, *OVER_AN_OUTAGE),
 )
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")

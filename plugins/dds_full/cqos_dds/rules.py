@@ -210,7 +210,7 @@ REQUEST_OFFER: Final = (
         clause="RTI Connext, User's Manual, DATA_REPRESENTATION QosPolicy",
     ),
     requires(
-        (offered(EXTENSIONS) == "none") & (requested(EXTENSIONS) == "none"),
+        (offered(EXTENSIONS) != "refusing") & (requested(EXTENSIONS) != "refusing"),
         code="DDS115",
         name="extension-refuses",
         because="QoS that C-QoS does not model keeps one end from matching",

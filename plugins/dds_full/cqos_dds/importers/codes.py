@@ -13,7 +13,7 @@ CODES: Final = (
         "note",
         "Elements of an XML file that are no policy of the standard are passed over.",
         "They belong to one implementation, or to what is not checked here, such as transports and content filters. They "
-        "are listed once for each file, so that one that was meant to count can be found among them.",
+        "are listed once for each file. The coverage names those that may keep participants apart.",
     ),
     CodeInfo(
         "DDS902",

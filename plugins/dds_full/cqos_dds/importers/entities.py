@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
@@ -245,7 +246,7 @@ class Entities:
                 for endpoint in group.named(side.endpoint).values():
                     self.endpoint(owner, side, group, endpoint, topics, types, known=not lost)
         for _, element in chain.links:
-            self.unread(element)
+            self.unread(element, owner.id)
 
     def lease(self, chain: _Chain) -> Setting | None:
         """Return the lease that the QoS of a participant states, itself or by its bases; None where none does."""
@@ -281,11 +282,11 @@ class Entities:
                     return number or text_of(inner[0]), inner[0] if not number else element
         return "", chain.own
 
-    def unread(self, participant: Element) -> None:
-        """Remember the unread elements of a participant."""
+    def unread(self, participant: Element, owner: str) -> None:
+        """Remember the unread elements of a participant, whose id is ``owner``."""
         for child in elements(participant):
-            if part_of(child) == "domain_participant_qos":
-                self.profiles.other(child, part_of(child))
+            if part_of(child) == PARTICIPANT:
+                self.profiles.other(child, PARTICIPANT, glob.escape(owner))
             elif local(child) not in _READ_IN_PARTICIPANT:
                 self.reading.pass_over(child, f"domain_participant/{local(child)}")
             for inner in elements(child) if local(child) in {"publisher", "subscriber"} else ():
