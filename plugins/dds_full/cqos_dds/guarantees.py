@@ -383,6 +383,7 @@ NOT_MODELLED: Final = tuple(
         code=code,
         name=f"{name}-by-extension",
         because="a file sets what C-QoS does not model and what may lose samples or delay the loss of a writer",
+        fixes=(WORDS[word].need.name,),
         clause="C-QoS, elements that are not modelled",
         help="state `extensions: none` where the elements decide nothing",
     )

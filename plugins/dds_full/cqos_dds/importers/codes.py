@@ -61,4 +61,12 @@ CODES: Final = (
         help="name the file with the library beside this one, or state the variable with `--define`",
         leaves_out="reference",
     ),
+    CodeInfo(
+        "DDS908",
+        "several-routing-services",
+        "warning",
+        "A file configures several routing services, and an option of the command line says which of them runs.",
+        "None of them is read, because routes that do not run would hide that participants of two domains never meet.",
+        help="keep the service that runs in a file of its own",
+    ),
 )

@@ -14,7 +14,7 @@ _ELEMENT: Final = rb"<(?:[^\s<>/!?:=]++:)?"
 _ROOT: Final = regular_expression(_ELEMENT + rb"(dds|profiles)(?=[\s>/])")
 _LIBRARY: Final = regular_expression(
     _ELEMENT
-    + rb"(?:qos_library|qos_profile|domain_library|(?:domain_)?participant_library|application_library)(?=[\s>/])"
+    + rb"(?:qos_library|qos_profile|domain_library|(?:domain_)?participant_library|application_library|\w{1,40}_service)(?=[\s>/])"
 )
 _FAST: Final = regular_expression(
     _ELEMENT

@@ -47,7 +47,7 @@ _SIDES: Final = (
 
 
 @dataclass(slots=True)
-class _Chain:
+class Chain:
     """An element with those it is based on, what counts least first; each with the name it has in messages.
 
     Attributes:
@@ -72,13 +72,13 @@ class _Chain:
         found = (each.get(name, "").strip() for _, each in reversed(self.links))
         return next(filter(None, found), "")
 
-    def named(self, *tags: str) -> dict[str, _Chain]:
+    def named(self, *tags: str) -> dict[str, Chain]:
         """Return the elements below with these tags, by name; one of the same name extends that of a base."""
-        found: dict[str, _Chain] = {}
+        found: dict[str, Chain] = {}
         for above, element in self.links:
             for number, child in enumerate(children(element, *tags), 1):
                 name = (child.get("name") or "").strip() or f"{local(child)}{number}"
-                found.setdefault(name, _Chain(short=name)).links.append((f"{above}/{name}", child))
+                found.setdefault(name, Chain(short=name)).links.append((f"{above}/{name}", child))
         return found
 
 
@@ -178,7 +178,7 @@ class Entities:
             return base
         return f"{name.rpartition(SEPARATOR)[0]}{SEPARATOR}{base}"
 
-    def chain(self, name: str, element: Element, among: Literal["domains", "participants"]) -> _Chain:
+    def chain(self, name: str, element: Element, among: Literal["domains", "participants"]) -> Chain:
         """Follow the bases of a participant or domain."""
         links = [(name, element)]
         trail = [name]
@@ -199,7 +199,7 @@ class Entities:
             trail.append(base)
             links.append((base, found))
             name, element = base, found
-        return _Chain(links[::-1])
+        return Chain(links[::-1])
 
     def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> str:
         """Report a reference to nothing in the file; return the code of the note."""
@@ -225,7 +225,7 @@ class Entities:
         self.reading.note("DDS905", message, element)
         return "DDS905"
 
-    def participant(self, chain: _Chain) -> None:
+    def participant(self, chain: Chain) -> None:
         """Make one participant with its endpoints."""
         owner = Participant(chain.name, place=self.reading.place(chain.own))
         domain, lost = self.domain(chain)
@@ -239,8 +239,8 @@ class Entities:
             owner.settings[LEASE] = lease
         self.reading.system.participants[owner.id] = owner
         around = [link for each in (domain, chain) if each is not None for link in each.links]
-        topics = _Chain(around).named("topic")
-        types = _Chain(around).named(*_REGISTER)
+        topics = Chain(around).named("topic")
+        types = Chain(around).named(*_REGISTER)
         for side in _SIDES:
             for group in (chain, *chain.named(side.group).values()):
                 for endpoint in group.named(side.endpoint).values():
@@ -248,7 +248,7 @@ class Entities:
         for _, element in chain.links:
             self.unread(element, owner.id)
 
-    def lease(self, chain: _Chain) -> Setting | None:
+    def lease(self, chain: Chain) -> Setting | None:
         """Return the lease that the QoS of a participant states, itself or by its bases; None where none does."""
         for name, element in reversed(chain.links):
             for qos in [each for each in elements(element) if part_of(each) == PARTICIPANT]:
@@ -259,7 +259,7 @@ class Entities:
                     return lease
         return None
 
-    def domain(self, chain: _Chain) -> tuple[_Chain | None, str]:
+    def domain(self, chain: Chain) -> tuple[Chain | None, str]:
         """Return the domain that a participant is in, else the code of the note that it is missing."""
         name = chain.attribute("domain_ref")
         if not name:
@@ -272,7 +272,7 @@ class Entities:
             return None, self.nowhere(chain.own, f"the domain of `{chain.name}`", name, self.domains)
         return self.chain(name, element, "domains"), ""
 
-    def domain_id(self, chain: _Chain, domain: _Chain | None) -> tuple[str, Element]:
+    def domain_id(self, chain: Chain, domain: Chain | None) -> tuple[str, Element]:
         """Return the number of a participant's domain, and where it is stated."""
         for each in (chain, *([domain] if domain is not None else ())):
             for _, element in reversed(each.links):
@@ -300,10 +300,10 @@ class Entities:
         self,
         owner: Participant,
         side: _Side,
-        group: _Chain,
-        endpoint: _Chain,
-        topics: Mapping[str, _Chain],
-        types: Mapping[str, _Chain],
+        group: Chain,
+        endpoint: Chain,
+        topics: Mapping[str, Chain],
+        types: Mapping[str, Chain],
         *,
         known: bool,
     ) -> None:
@@ -334,7 +334,7 @@ class Entities:
         )
         self.reading.system.endpoints.append(made)
 
-    def qos(self, chain: _Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
+    def qos(self, chain: Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
         """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""
         stated = [(name, qos) for name, each in chain.links for qos in elements(each) if part_of(qos) == part]
         if not stated and self.profiles.default is not None:
@@ -350,7 +350,7 @@ class Entities:
                 self.profiles.add(Profile(profile.name, profile.settings, (), profile.place))
                 yield ProfileRef(profile.name, profile.place, Scope(part=part))
 
-    def topic(self, name: str, topic: _Chain | None, types: Mapping[str, _Chain]) -> str | None:
+    def topic(self, name: str, topic: Chain | None, types: Mapping[str, Chain]) -> str | None:
         """Remember a topic of the system; return the name of its data type."""
         if topic is None:
             return None

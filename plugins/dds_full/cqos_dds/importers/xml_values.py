@@ -72,6 +72,9 @@ class XmlReading(ElementReading):
         Raises:
             InputError: there were problems.
         """
+        for part in self.parts:
+            if part.place is not None:
+                self.unread.setdefault(part.name, part.place)
         if self.unread:
             paths = sorted(self.unread)
             more = f" and {len(paths) - _MOST_LISTED} more" if len(paths) > _MOST_LISTED else ""
