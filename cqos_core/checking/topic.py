@@ -15,6 +15,7 @@ from cqos_core.matching.hits import MOST_COMBINATIONS, Hit, placed, reach
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.pairing import bridges_of, group
+from cqos_core.matching.strongest_owner import settle_strongest
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Side, Verdict
@@ -107,12 +108,13 @@ def check_topic(
 
 
 def settled(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
-    """Group the endpoints of one topic, and replace values taken from peers; see `group`."""
+    """Group the endpoints of one topic, and replace values that follow from other endpoints; see `group`."""
     topic = group(endpoints, acceptances)
     if any(endpoint.like.from_peers for endpoint in endpoints):
         from cqos_core.matching.peer_values import settle
 
         settle(topic)
+    settle_strongest(topic)
     return topic
 
 

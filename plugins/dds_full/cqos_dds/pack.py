@@ -51,6 +51,7 @@ TIMING: Final = Timing(
     depth="history.depth",
     owned=("ownership", ("exclusive",)),
     strength="ownership_strength",
+    strongest="strongest_writer",
     period="period",
     latched="latched",
     keyed="keyed",

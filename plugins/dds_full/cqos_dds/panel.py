@@ -54,7 +54,10 @@ PANEL: Final = Panel(
         "Delivery": _DELIVERY,
         "Timing": _TIMING,
         "Liveliness": _LIVELINESS,
-        "Ownership and order": ("ownership", "ownership_strength", "destination_order", *_ACCESS),
+        "Ownership and order": (
+            *("ownership", "ownership_strength", "strongest_writer", "destination_order"),
+            *_ACCESS,
+        ),
         "Matching": ("partition", "data_representation", "type_information", *_TYPE_RULES, *_EXTENSIONS),
         "Limits": (*_LIMITS, "transport_priority", "taken_every"),
         "Durability service": _SERVICE,
@@ -67,6 +70,7 @@ PANEL: Final = Panel(
     advanced=(
         *("latency_budget", "time_based_filter", "liveliness.announcement_period"),
         *("destination_order", "data_representation", "type_information", "transport_priority", "taken_every"),
+        "strongest_writer",
         *(*_ACCESS, *_TYPE_RULES, *_EXTENSIONS, *_LIMITS, *_SERVICE, *_LIFECYCLE, *_DATA, *_NETWORK),
         *("keyed", "size", "sole_writer", "extensibility", "durability_service_runs", "participant_lease", "relayed"),
     ),

@@ -85,6 +85,16 @@ OWNERSHIP_STRENGTH: Final = Policy(
     entities=("writer",),
     changeable=True,
 )
+STRONGEST_WRITER: Final = Policy(
+    "strongest_writer",
+    number(),
+    "-2147483648",
+    "The largest ownership_strength of the exclusive writers from which a reader takes samples; that of the design counts by itself.",
+    "DDS 1.4, 2.2.3.10",
+    roles=READER,
+    changeable=True,
+    unseen=True,
+)
 TIME_BASED_FILTER: Final = Policy(
     "time_based_filter",
     duration(),
@@ -312,6 +322,7 @@ POLICIES: Final = (
     AUTOPURGE_NOWRITER,
     AUTOPURGE_DISPOSED,
     OWNERSHIP_STRENGTH,
+    STRONGEST_WRITER,
     TIME_BASED_FILTER,
     TRANSPORT_PRIORITY,
     ENTITY_FACTORY,
