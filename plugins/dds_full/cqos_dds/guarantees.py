@@ -43,7 +43,7 @@ from cqos_dds.guarantee_terms import (
     instance_limit,
     lives,
 )
-from cqos_dds.implementations import FAST_DDS, either_is, subscriber_is
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, either_is, subscriber_is
 from cqos_dds.kept_policies import (
     AUTOPURGE_DISPOSED,
     AUTOPURGE_NOWRITER,
@@ -121,7 +121,7 @@ LATEST: Final = (
 # By the standard a reliable reader with a filter gets the last sample in the end. Cyclone DDS drops it; seen by running it.
 FILTERED_LAST: Final = gives(
     "latest",
-    (requested(TIME_BASED_FILTER) <= topic(PERIOD)) | ~subscriber_is("cyclonedds"),
+    (requested(TIME_BASED_FILTER) <= topic(PERIOD)) | ~subscriber_is(*CYCLONE_DDS),
     code="DDS539",
     name="latest-lost-to-filter",
     because="Cyclone DDS drops for good what the reader's filter holds back, the newest sample as well",

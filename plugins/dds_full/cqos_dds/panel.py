@@ -58,7 +58,14 @@ PANEL: Final = Panel(
             *("ownership", "ownership_strength", "strongest_writer", "destination_order"),
             *_ACCESS,
         ),
-        "Matching": ("partition", "data_representation", "type_information", *_TYPE_RULES, *_EXTENSIONS),
+        "Matching": (
+            "partition",
+            "data_representation",
+            "type_information",
+            "type_extensibility",
+            *_TYPE_RULES,
+            *_EXTENSIONS,
+        ),
         "Limits": (*_LIMITS, "transport_priority", "taken_every"),
         "Durability service": _SERVICE,
         "Lifecycle": _LIFECYCLE,
@@ -70,7 +77,7 @@ PANEL: Final = Panel(
     advanced=(
         *("latency_budget", "time_based_filter", "liveliness.announcement_period"),
         *("destination_order", "data_representation", "type_information", "transport_priority", "taken_every"),
-        "strongest_writer",
+        *("strongest_writer", "type_extensibility"),
         *(*_ACCESS, *_TYPE_RULES, *_EXTENSIONS, *_LIMITS, *_SERVICE, *_LIFECYCLE, *_DATA, *_NETWORK),
         *("keyed", "size", "sole_writer", "extensibility", "durability_service_runs", "participant_lease", "relayed"),
     ),
@@ -159,7 +166,8 @@ PANEL: Final = Panel(
     value_labels={
         "implementation": {
             "standard": "The standard",
-            "cyclonedds": "Cyclone DDS",
+            "cyclonedds": "Cyclone DDS 11",
+            "cyclonedds_0_10": "Cyclone DDS 0.10",
             "fastdds_2_9": "Fast DDS 2.9",
             "fastdds_3_1": "Fast DDS 3.1",
             "fastdds_3_6": "Fast DDS 3.6",

@@ -15,6 +15,7 @@ from cqos_dds.importers.leases import CONNEXT, LEASE, lease_in
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
 from cqos_dds.importers.xml_values import flag, not_set
+from cqos_dds.requested_policies import TYPE_EXTENSIBILITY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -99,6 +100,7 @@ class Entities:
         self.participants: dict[str, Element] = {}
         self.applied: dict[str, Element] = {}
         self.keyed: dict[str, bool] = {}
+        self.extensibility: dict[str, str] = {}
         self.elsewhere: set[str] = set()
 
     # What the file defines
@@ -129,7 +131,7 @@ class Entities:
                 self.reading.problem("CQ012", message, element, "keep one of them")
 
     def types(self, element: Element, scope: str = "") -> None:
-        """Remember of each data type whether it has keys."""
+        """Remember of each data type whether it has keys, and how it may grow if the file states that."""
         for child in elements(element):
             name = f"{scope}{(child.get('name') or '').strip()}"
             if local(child) == "module":
@@ -139,6 +141,8 @@ class Entities:
             elif local(child) == "struct":
                 base = (child.get("baseType") or "").strip()
                 own = any(flag(member.get("key")) for member in children(child, "member"))
+                if stated := (child.get("extensibility") or "").strip():
+                    self.extensibility[name] = stated
                 self.keyed[name] = own or self.keyed.get(base, False) or self.keyed.get(f"{scope}{base}", False)
 
     def defined(self, kind: Literal["domains", "participants"], name: str) -> Element | None:
@@ -149,7 +153,7 @@ class Entities:
             self.reading.files[found.getroottree().getroot()] = file.reading.source.name
         return found
 
-    def definer(self, kind: Literal["domains", "participants", "keyed"], name: str) -> Entities | None:
+    def definer(self, kind: Literal["domains", "participants", "keyed", "extensibility"], name: str) -> Entities | None:
         """Return the file beside this one that defines ``name``; of several the one in the same folder, else None."""
         found = [each for each in self.beside(name.rpartition(SEPARATOR)[2]) if name in getattr(each, kind)]
         near = [each for each in found if _folder(each) == _folder(self)] or found
@@ -325,7 +329,7 @@ class Entities:
             role=side.role,
             topic=name,
             participant=owner.id,
-            settings=settings,
+            settings=settings | self.type_settings(topic, types, endpoint),
             profiles=tuple(refs),
             type=self.topic(name, topic, types),
             external=bool(not_set(name)) or (topic is None and not known),
@@ -333,6 +337,15 @@ class Entities:
             room=Room(self.reading.place(endpoint.own), OF_ENTITIES[side.endpoint_qos], restated=True),
         )
         self.reading.system.endpoints.append(made)
+
+    def type_settings(self, topic: Chain | None, types: Mapping[str, Chain], endpoint: Chain) -> Settings:
+        """Return what the definition of the data type of an endpoint says, where a file has it."""
+        name = "" if topic is None else _type_names(topic, types)[1]
+        file = self if name in self.extensibility else self.definer("extensibility", name) if name else None
+        if file is None:
+            return {}
+        stated = Setting(file.extensibility[name], self.reading.place(endpoint.own), derived=True)
+        return {TYPE_EXTENSIBILITY.name: stated}
 
     def qos(self, chain: Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
         """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""
@@ -354,9 +367,7 @@ class Entities:
         """Remember a topic of the system; return the name of its data type."""
         if topic is None:
             return None
-        registered = topic.attribute("register_type_ref") or topic.attribute("type_name")
-        chain = types.get(registered) or types.get(registered.rpartition(SEPARATOR)[2])
-        type_name = chain.attribute("type_ref") if chain is not None else registered
+        registered, type_name = _type_names(topic, types)
         about = self.reading.system.topics.setdefault(name, Topic(name, place=self.reading.place(topic.own)))
         if type_name not in self.keyed and (file := self.definer("keyed", type_name)) is not None:
             self.keyed[type_name] = file.keyed[type_name]
@@ -364,6 +375,13 @@ class Entities:
         if keyed is not None:
             about.settings.setdefault("keyed", Setting("true" if keyed else "false", about.place))
         return registered or None
+
+
+def _type_names(topic: Chain, types: Mapping[str, Chain]) -> tuple[str, str]:
+    """Return the name under which the data type of a topic is registered, and that of its definition."""
+    registered = topic.attribute("register_type_ref") or topic.attribute("type_name")
+    chain = types.get(registered) or types.get(registered.rpartition(SEPARATOR)[2])
+    return registered, chain.attribute("type_ref") if chain is not None else registered
 
 
 def _folder(file: Entities) -> str:
