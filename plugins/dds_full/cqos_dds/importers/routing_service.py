@@ -86,7 +86,7 @@ class RoutingServices:
 
     def service(self, service: Element) -> None:
         """Make the bridge of one service."""
-        name = self.reading.name(service)
+        name = (service.get("name") or "").strip() or _SECTION
         routes: list[Route] = []
         for child in elements(service):
             if local(child) == "domain_route":

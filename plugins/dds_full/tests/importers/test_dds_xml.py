@@ -583,13 +583,13 @@ class TestNotes:
                     "P", writer(extra), reader("<unicast/>"), "<participant_qos><wire_protocol/></participant_qos>"
                 ),
             ),
-            "<routing_service/>",
+            "<recording_service/>",
         )
         (note,) = reads(text).notes
         assert (note.code, note.severity) == ("DDS901", "note")
         assert note.message == (
             "elements that are no policy of the standard: `datareader_qos/unicast`, `datawriter_qos/publish_mode`, "
-            "`datawriter_qos/reliability/acknowledgment_kind`, `participant_qos/wire_protocol` and `routing_service`"
+            "`datawriter_qos/reliability/acknowledgment_kind`, `participant_qos/wire_protocol` and `recording_service`"
         )
 
     def test_a_misspelt_policy_is_a_warning(self):
