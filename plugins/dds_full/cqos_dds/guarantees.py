@@ -13,6 +13,7 @@ from typing import Final
 from cqos_core.packs import (
     RELAYED,
     REPAIR_TIME,
+    TAKEN_EVERY,
     WORDS,
     Condition,
     Policy,
@@ -129,6 +130,10 @@ FILTERED_LAST: Final = gives(
     help=STATE_PERIOD,
 )
 
+NEVER_PURGED: Final = define(
+    "never_purged", (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite")
+)
+
 LOSS_FREE: Final = (
     gives(
         "loss_free",
@@ -204,10 +209,7 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        define(
-            "never_purged",
-            (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite"),
-        ),
+        NEVER_PURGED,
         doubt=True,
         code="DDS513",
         name="loss-by-autopurge",
@@ -397,9 +399,43 @@ NOT_MODELLED: Final = tuple(
     )
 )
 
+# What DDS565 and DDS513 say of every sample holds of the newest, and of kept ones, too. How long the writer keeps them is not read.
+FORGOTTEN: Final = tuple(
+    gives(
+        word,
+        ~as_condition(offered(DISABLE_POSITIVE_ACKS)),
+        doubt=True,
+        code=code,
+        name=f"{name}-without-positive-acks",
+        because="a writer without positive acks forgets samples after a time, whether they have arrived or not",
+        clause="Fast DDS, DisablePositiveACKsQosPolicy",
+    )
+    for code, word, name in (
+        ("DDS577", "latest", "latest-lost"),
+        ("DDS578", "late_join", "late-join-lost"),
+        ("DDS579", "offline", "offline-lost"),
+        ("DDS580", "max_gap", "gap"),
+    )
+)
+PURGED: Final = gives(
+    "latest",
+    define(
+        "taken_before_purge",
+        (requested(AUTOPURGE_NOWRITER) >= requested(TAKEN_EVERY))
+        & (requested(AUTOPURGE_DISPOSED) >= requested(TAKEN_EVERY)),
+    )
+    | NEVER_PURGED,
+    doubt=True,
+    code="DDS581",
+    name="latest-lost-by-autopurge",
+    because="what the program has not taken is dropped some time after an instance is disposed or has no writer any more",
+    clause="DDS 1.4, 2.2.3.22",
+    help=STATE_TAKEN,
+)
+
 GUARANTEES: Final = (
     *(*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME),
-    *(*OTHER_WRITERS, *NOT_MODELLED, *EXPIRED, *OVER_AN_OUTAGE),
+    *(*OTHER_WRITERS, *NOT_MODELLED, *FORGOTTEN, PURGED, *EXPIRED, *OVER_AN_OUTAGE),
 )
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
