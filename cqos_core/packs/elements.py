@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final, Literal
+from fnmatch import translate
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from lxml import etree
 
@@ -31,6 +33,20 @@ EFFECTS: Final[Mapping[Effect, str]] = {
     "delivery": "it may lose samples",
 }
 
+Undecided: TypeAlias = "tuple[str, Element, Effect]"
+"""The path of an element that may decide, the element, and what it may decide."""
+_PATTERNS: Final = 2048  # more than all tables have; `fnmatch` itself keeps 256
+
+
+@lru_cache(maxsize=_PATTERNS)
+def _compiled(pattern: str) -> re.Pattern[str]:
+    return re.compile(translate(pattern))
+
+
+def _fits(text: str, pattern: str) -> bool:
+    return _compiled(pattern).match(text) is not None
+
+
 _NAMED: Final = frozenset(("element", "property"))
 
 
@@ -55,14 +71,14 @@ class ElementTable:
         """Return what an element of a path and text may decide; None where no pattern is about it."""
         path = path.lower() if self.any_case else path
         stated = f"{path}={text.strip().lower()}"
-        if any("=" in pattern and fnmatchcase(stated, pattern) for pattern in self.cannot_matter):
+        if any("=" in pattern and _fits(stated, pattern) for pattern in self.cannot_matter):
             return "none"
         for pattern, effect in self.may_decide.items():
-            if fnmatchcase(stated if "=" in pattern else path, pattern):
+            if _fits(stated if "=" in pattern else path, pattern):
                 return effect
-        return "none" if any(fnmatchcase(path, pattern) for pattern in self.cannot_matter) else None
+        return "none" if any(_fits(path, pattern) for pattern in self.cannot_matter) else None
 
-    def undecided(self, element: Element, path: str) -> Iterator[tuple[str, Element, Effect]]:
+    def undecided(self, element: Element, path: str) -> Iterator[Undecided]:
         """Yield an element, or those in it, that may decide: path, element and what it may decide."""
         effect = self.find(path, text_of(element))
         if effect == "none":
@@ -81,7 +97,7 @@ class ElementTable:
         steps = (path.lower() if self.any_case else path).split("/") if path else []
         for pattern in (*self.cannot_matter, *self.may_decide):
             stated = pattern.partition("=")[0].split("/")
-            if len(stated) > len(steps) and all(map(fnmatchcase, steps, stated)):
+            if len(stated) > len(steps) and all(map(_fits, steps, stated)):
                 return True
         return False
 

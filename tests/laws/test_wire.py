@@ -198,7 +198,7 @@ NO_NODE_SETS: Final = {
     "destination_order",
     *(f"presentation.{each}" for each in ("access_scope", "coherent_access", "ordered_access")),
     # Of files of implementations; a profile of ROS 2 that has such an element is unknown.
-    *("compression_ids", "disable_positive_acks", "extensions", "topic_kind"),
+    *("compression_ids", "disable_positive_acks", "extensions", "topic_kind", "type_extensibility"),
 }
 
 

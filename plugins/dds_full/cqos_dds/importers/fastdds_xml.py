@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, System
     from cqos_core.packs import Policy
+    from cqos_core.packs.elements import Undecided
 
 _ROLES: Final[dict[str, tuple[str, Role]]] = {
     "data_writer": ("data_writer", PUBLISHER),
@@ -90,7 +91,7 @@ class _File(XmlReading):
         self.system.options[PROTOCOL] = {_IMPLEMENTATION: Setting(_FAST_DDS, self.place(root))}
         within = [root, *children(root, "profiles")]
         participants = []
-        deciding = []
+        deciding: list[Undecided] = []
         for element in (child for above in within for child in elements(above)):
             if local(element) == "participant":
                 self.pass_over(element, "participant")

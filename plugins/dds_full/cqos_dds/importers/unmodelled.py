@@ -16,10 +16,9 @@ from cqos_dds.extension_policies import EXTENSIONS, MAY_LOSE
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.importers.xml_source import Element
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import System
-    from cqos_core.packs.elements import ElementReading
+    from cqos_core.packs.elements import ElementReading, Undecided
 
 _NAMES: Final = "names that tools show"
 _MEMORY: Final = "memory that is allocated beforehand, and room for what is remembered of peers"
@@ -100,12 +99,16 @@ DDS_XML: Final = ElementTable(
             "protocol/expects_inline_qos=false",
             "protocol/rtps_reliable_writer/inactivate_nonprogressing_readers=false",
             "protocol/rtps_reliable_writer/max_heartbeat_retries=*unlimited*",
+            "protocol/rtps_reliable_writer/max_heartbeat_retries=-1",
             "protocol/rtps_reliable_writer/max_send_window_size=*unlimited*",
+            "protocol/rtps_reliable_writer/max_send_window_size=-1",
             "publish_mode/flow_controller_name=*default_flow_controller*",
             "batch/enable=false",
             "writer_batching/batch_updates=false",
             "reader_resource_limits/max_*=*unlimited*",
+            "reader_resource_limits/max_*=-1",
             "writer_resource_limits/max_*=*unlimited*",
+            "writer_resource_limits/max_*=-1",
             "reader_resource_limits/disable_fragmentation_support=false",
             "reliability/acknowledgment_kind=*protocol_acknowledgment_mode",
             "reliability/instance_state_*_kind=no_*",
@@ -218,6 +221,7 @@ DDS_XML_PARTICIPANT: Final = ElementTable(
             "discovery_config/builtin_discovery_plugins=*sdp*",
             "discovery_config/builtin_discovery_plugins=*mask_default*",
             "resource_limits/*_allocation/max_count=*unlimited*",
+            "resource_limits/*_allocation/max_count=-1",
         ),
     },
     may_decide={
@@ -540,7 +544,7 @@ def leave_losses_open(settings: Settings, place: Place) -> None:
 
 def lay_over_participants(
     system: System,
-    found: Iterable[tuple[str, Element, Effect]],
+    found: Iterable[Undecided],
     implementations: Iterable[str],
     reading: ElementReading,
     *,

@@ -72,6 +72,7 @@ class XmlReading(ElementReading):
         Raises:
             InputError: there were problems.
         """
+        self.parts = [*dict.fromkeys(self.parts)]  # several participants may have one base
         for part in self.parts:
             if part.place is not None:
                 self.unread.setdefault(part.name, part.place)
