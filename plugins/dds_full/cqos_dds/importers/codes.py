@@ -69,4 +69,11 @@ CODES: Final = (
         "None of them is read, because routes that do not run would hide that participants of two domains never meet.",
         help="keep the service that runs in a file of its own",
     ),
+    CodeInfo(
+        "DDS909",
+        "opendds-setting-not-read",
+        "note",
+        "A configuration of OpenDDS has endpoints or settings that C-QoS does not read and that may decide.",
+        "C-QoS reads the lease of participants. The coverage names static endpoints, and what may keep participants apart.",
+    ),
 )

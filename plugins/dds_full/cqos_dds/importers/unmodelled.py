@@ -530,6 +530,103 @@ CYCLONE: Final = ElementTable(
 """Below a domain in ``cyclonedds.xml``."""
 
 
+OPENDDS: Final = ElementTable(
+    cannot_matter={
+        **_each("read as the lease of participants", "rtps_discovery/LeaseDuration"),
+        **_each(
+            _TOOLS,
+            "common/*Debug*",
+            "common/*Log*",
+            "common/DCPSMonitor",
+            "common/DCPSBit*",
+            "common/bit_*",
+            "common/DCPSThreadStatusInterval",
+            "common/DCPSTypeObjectEncoding",
+        ),
+        **_each(
+            _MEMORY, "common/DCPSChunk*", "common/pool_*", "rtps_discovery/*Preallocated*", "rtps_discovery/*BufferSize"
+        ),
+        **_each(_THREADS, "common/DCPSEventDispatcherThreads", "common/Scheduler", "common/scheduler_slice"),
+        **_each(
+            _ADDRESSES,
+            "common/DCPSDefaultAddress",
+            "common/DCPSBidirGIOP",
+            "config/*",
+            "ice/*",
+            "transport/*",
+            "transport_template/*",
+            "Customization/*",
+            "rtps_discovery/*LocalAddress",
+            "rtps_discovery/*MulticastInterface",
+            "rtps_discovery/GuidInterface",
+            "rtps_discovery/TTL",
+            "rtps_discovery/*StunServerAddress",
+            "rtps_discovery/UseIce",
+        ),
+        **_each(
+            _SENDING,
+            "common/DCPSPendingTimeout",
+            "common/DCPSLivelinessFactor",
+            "common/DCPSPublisherContentFilter",
+            "rtps_discovery/*Resend*",
+            "rtps_discovery/*Delay",
+            "rtps_discovery/*Period",
+            "rtps_discovery/SedpMaxMessageSize",
+            "rtps_discovery/MaxSpdpSequenceMsgResetChecks",
+            "rtps_discovery/*ResponsiveMode",
+            "rtps_discovery/SedpPassiveConnectDuration",
+            "rtps_discovery/*DirectedSpdp",
+            "rtps_discovery/UseRtpsDurationFraction",
+            "rtps_discovery/MinimumCleanupSeparation",
+            "rtps_discovery/TypeLookupServiceReplyTimeout",
+        ),
+        **_each("the store of a durability service; state `durability_service_runs`", "common/DCPSPersistentDataDir"),
+        **_each(_WITHOUT, "rtps_discovery/MaxAuthTime", "rtps_discovery/*Auth*", "rtps_discovery/Secur*"),
+        **_each(
+            _WITHOUT, "topic/*", "datawriterqos/*", "datareaderqos/*", "publisherqos/*", "subscriberqos/*", "endpoint/*"
+        ),
+        **_each(
+            _DEFAULT, "common/DCPSSecurity=0", "rtps_discovery/UseXTypes=no", "common/DCPSDefaultDiscovery=default_rtps"
+        ),
+    },
+    may_decide={
+        **_may(
+            "match",
+            "common/DCPSSecurity",
+            "common/DCPSSecurityFakeEncryption",
+            "rtps_discovery/*UserTag*",
+            "rtps_discovery/UseXTypes",
+        ),
+        **_may(
+            "discovery",
+            "common/DCPSDefaultDiscovery",
+            "common/DCPSGlobalTransportConfig",
+            "common/DCPSInfoRepo",
+            "DomainRange/*",
+            "domain/*",
+            "repository/*",
+            "rtps_discovery/*MulticastAddress",
+            "rtps_discovery/*MulticastGroup",
+            "rtps_discovery/*MulticastOverride",
+            "rtps_discovery/*Relay*",
+            "rtps_discovery/*AdvertisedLocalAddress",
+            "rtps_discovery/CheckSourceIp",
+            "rtps_discovery/D?",
+            "rtps_discovery/P?",
+            "rtps_discovery/*PortMode",
+            "rtps_discovery/SedpMulticast",
+            "rtps_discovery/SpdpRequestRandomPort",
+            "rtps_discovery/SpdpSendAddrs",
+            "rtps_discovery/UndirectedSpdp",
+            "rtps_discovery/LeaseExtension",
+            "rtps_discovery/MaxLeaseDuration",
+            "rtps_discovery/MaxParticipantsInAuthentication",
+        ),
+    },
+)
+"""Sections and keys in configurations of OpenDDS. QoS stands in them for static endpoints only, which are named themselves."""
+
+
 def leave_unknown(settings: Settings, paths: list[str], place: Place) -> None:
     """Let what elements may decide of a match be unknown, beside what earlier elements have left so."""
     known = settings.get(EXTENSIONS.name)

@@ -19,8 +19,10 @@ from cqos_dds.importers.unmodelled import (
     FAST,
     FAST_PARTICIPANT,
     FAST_SECTIONS,
+    OPENDDS,
 )
 
+SCHEMA_NAMES = ("connext", "fastdds", "cyclonedds", "opendds", "opendds_ini")
 SCHEMAS = Path(__file__).parent / "schemas"
 FAST_FORMS = {
     "qos": FAST_QOS | {other: FAST_QOS[name] for other, name in FAST_ALSO.items()} | FAST_READ_ONLY,
@@ -42,6 +44,8 @@ def is_policy(path, forms):
 def sorting(schema, path):
     """The table that an element of a schema stands in, with its path there, and whether a policy models it."""
     first, _, rest = path.partition("/")
+    if schema == "opendds_ini":
+        return OPENDDS, path, False
     if schema == "cyclonedds":
         return CYCLONE, path, False
     if schema == "fastdds":
@@ -66,10 +70,10 @@ def judged(table, path):
     return next((found for each in prefixes(path) if (found := table.find(each)) is not None), None)
 
 
-EVERY = [(schema, path) for schema in ("connext", "fastdds", "cyclonedds", "opendds") for path in paths(schema)]
+EVERY = [(schema, path) for schema in SCHEMA_NAMES for path in paths(schema)]
 
 
-@pytest.mark.parametrize("schema", ["connext", "fastdds", "cyclonedds", "opendds"])
+@pytest.mark.parametrize("schema", SCHEMA_NAMES)
 def test_each_element_of_the_schema_is_modelled_or_sorted(schema):
     missing = []
     for path in paths(schema):
