@@ -362,7 +362,8 @@ def saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
 def value_of(fact: Fact, excerpt: Excerpt | None) -> str:
     """Return a value with its origin; where a written zero stands for another value, both."""
     value = wording.value(fact)
-    return f"`0` means {value}" if excerpt is not None and _ZERO.search(_marked(excerpt)) else value
+    stands = excerpt is not None and not _reads(excerpt, fact.value) and _ZERO.search(_marked(excerpt))
+    return f"`0` means {value}" if stands else value
 
 
 def _marked(excerpt: Excerpt) -> str:

@@ -26,7 +26,7 @@ def settle_strongest(topic: MatchedTopic) -> None:
         return
     strength, strongest = (pack.find(ENDPOINT, name) for name in (timing.strength, timing.strongest))
     assert strength is not None and strongest is not None  # noqa: S101, PT018 - the pack was validated
-    strengths = [(value, each) for each in topic.publishers if is_plain(value := each.value(strength))]
+    strengths = [(value, each) for each in topic.publishers if isinstance(value := each.value(strength), int)]
     if len({value for value, _ in strengths}) < 2:  # noqa: PLR2004 - nor have equal ones
         return
     owning = [(value, each) for value, each in strengths if _owns(each, pack)]
@@ -35,7 +35,7 @@ def settle_strongest(topic: MatchedTopic) -> None:
         stated = members.value(strongest)
         fitting = (value for value, each in owning if _fits(each, members, pack))
         largest = next(fitting, None)
-        if largest is not None and is_plain(stated) and largest > stated:
+        if largest is not None and isinstance(stated, int) and largest > stated:
             members.settled = members.profile.with_values({strongest: largest})
 
 
@@ -43,7 +43,10 @@ def _owns(members: EndpointGroup, pack: RulePack) -> bool:
     """Whether one publisher of a group counts at a time."""
     name, values = pack.timing.owned
     index = pack.find(ENDPOINT, name)
-    return index is not None and pack.policies[index].format(members.value(index)) in values
+    if index is None:
+        return False
+    value = members.value(index)
+    return is_plain(value) and pack.policies[index].format(value) in values
 
 
 def _fits(publisher: EndpointGroup, subscriber: EndpointGroup, pack: RulePack) -> bool:

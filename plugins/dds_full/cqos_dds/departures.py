@@ -249,6 +249,7 @@ ENDPOINTS: Final = (
         because="Cyclone DDS filters since version 11, and before that ignores the filter",
         clause="Cyclone DDS 0.10.5 and 11.0.1, reader history",
         severity="note",
+        fixes=("implementation",),
         help="state `implementation: cyclonedds_0_10` for an older version",
     ),
     forbids(
