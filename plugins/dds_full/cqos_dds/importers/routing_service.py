@@ -24,7 +24,7 @@ from cqos_dds.importers.unmodelled import leave_losses_open
 from cqos_dds.importers.xml_values import not_set
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.settings import Settings
@@ -53,6 +53,19 @@ _IN_SESSION: Final = frozenset(
     )
 )
 _ANY: Final = "*"
+_IN_ROUTE: Final = (
+    *("input", "output", "dds_input", "dds_output"),
+    *("entity_monitoring", "filter_propagation", "route_types", "property"),
+    *("publish_with_original_info", "publish_with_original_timestamp", "propagate_dispose", "propagate_unregister"),
+    *("transformation", "processor", "periodic_action", "enable_data_on_inputs"),
+)
+_TYPE_FILTERS: Final = {"allow_registered_type_name_filter": _ANY, "deny_registered_type_name_filter": ""}
+"""Filters of automatic routes by type, each with the text that keeps nothing back."""
+_IN_SIDE: Final = (
+    *("topic_name", "registered_type_name", "creation_mode", "content_filter", "property"),
+    *("propagate_dispose", "propagate_unregister", "allow_topic_name_filter", "deny_topic_name_filter"),
+    *_TYPE_FILTERS,
+)
 
 
 class _Side(NamedTuple):
@@ -115,6 +128,7 @@ class RoutingServices:
 
     def participant(self, element: Element, name: str) -> str:
         """Add a participant of the service; return its id."""
+        name = self.reading.numbered(name)
         place = self.reading.place(element)
         numbers = children(element, "domain_id")
         number = text_of(numbers[0]) if numbers else "0"
@@ -146,34 +160,48 @@ class RoutingServices:
         tags = (_AUTO_ROUTES if automatic else _TOPIC_ROUTES)[local(route)]
         inputs = [_Side(SUBSCRIBER, each, session) for each in children(route, tags[0])]
         outputs = [_Side(PUBLISHER, each, session) for each in children(route, tags[1])]
-        adapted = [each for tag in {"input", "output"} - {*tags} for each in children(route, tag)]
+        self.name_unread(route, (*inputs, *outputs))
+        adapted = [each for tag in ("input", "output") if tag not in tags for each in children(route, tag)]
         for each in adapted:
             self.not_read(each, "an adapter decides what it carries")
-        for each in children(route, "processor"):
-            self.not_read(each, "a program decides what it carries", endpoints=0)
-        if adapted:
-            return
         if children(route, "processor"):
-            for side in (*inputs, *outputs):
-                owner = self.owner(side, inputs, owners)
-                if owner is not None and not automatic:
+            for side in () if automatic else (*inputs, *outputs):
+                if (owner := self.owner(side, inputs, owners)) is not None:
                     self.reading.system.endpoints.append(self.endpoint(side, owner, automatic=False))
             return
-        for source in inputs:
+        for source in () if adapted else inputs:
             for target in outputs:
                 start, end = self.owner(source, inputs, owners), self.owner(target, inputs, owners)
-                if start is None or end is None:
-                    continue
-                filters = _filters(source.element, target.element) if automatic else ((), ())
-                if filters is None:
-                    self.not_read(route, "which topics the filters of both sides let through together is not known")
-                    continue
-                yield Route(
-                    self.endpoint(source, start, automatic=automatic),
-                    self.endpoint(target, end, automatic=automatic),
-                    self.reading.place(route),
-                    *filters,
-                )
+                if start is not None and end is not None:
+                    yield from self.way(route, (source, start), (target, end), automatic=automatic)
+
+    def way(
+        self, route: Element, source: tuple[_Side, str], target: tuple[_Side, str], *, automatic: bool
+    ) -> Iterator[Route]:
+        """Yield the way from an input to an output of a route, each with its participant."""
+        filters = _filters(source[0].element, target[0].element) if automatic else ((), ())
+        if filters is None:
+            self.not_read(route, "which topics the filters of both sides let through together is not known")
+            return
+        start, end = (self.endpoint(*each, automatic=automatic) for each in (source, target))
+        yield Route(start, end, self.reading.place(route), *filters)
+
+    def name_unread(self, route: Element, sides: Sequence[_Side]) -> None:
+        """Name what a route has that is not read."""
+        for each in children(route, "processor"):
+            self.not_read(each, "a program decides what it carries", endpoints=0)
+        self.name_unknown(route, _IN_ROUTE)
+        for side in sides:
+            self.name_unknown(side.element, _IN_SIDE)
+            for each in children(side.element, *_TYPE_FILTERS):
+                if text_of(each) != _TYPE_FILTERS[local(each)]:
+                    self.not_read(each, "types are not compared with it", endpoints=0)
+
+    def name_unknown(self, element: Element, known: Sequence[str]) -> None:
+        """Name what stands in an element of a route and is not known."""
+        for child in elements(element):
+            if local(child) not in known and part_of(child) not in {READER, WRITER}:
+                self.not_read(child, "C-QoS does not know what it does", endpoints=0)
 
     def owner(self, side: _Side, inputs: list[_Side], owners: dict[str, str]) -> str | None:
         """Return the participant of a side; an output that names none has the one that no input has."""

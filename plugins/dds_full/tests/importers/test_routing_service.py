@@ -79,6 +79,20 @@ def test_old_names_of_participants_and_routes_that_are_off(tmp_path):
     [
         (service(automatic("C*", second="*d")), ["routing_service/auto_topic_route"]),
         (service(topic_route() + "<no_schema_has_this/>"), ["routing_service/no_schema_has_this"]),
+        (service(topic_route(inner="<no_schema_has_this/>")), ["routing_service/no_schema_has_this"]),
+        (
+            service(topic_route().replace("<input", "<no_schema_has_this/><input")),
+            ["routing_service/no_schema_has_this"],
+        ),
+        (
+            service(
+                automatic().replace(
+                    "<datareader",
+                    "<allow_registered_type_name_filter>S*</allow_registered_type_name_filter><datareader",
+                )
+            ),
+            ["routing_service/allow_registered_type_name_filter"],
+        ),
         (service(topic_route(), within="<administration><domain_id>3</domain_id></administration>"), []),
         (service(topic_route()) + '<web_integration_service name="W"/>', ["web_integration_service"]),
         (service(topic_route()) + '<persistence_service name="W"/>', ["persistence_service"]),
@@ -100,11 +114,11 @@ def test_a_processor_leaves_readers_and_writers_and_no_way_between_them(tmp_path
 
 
 def test_a_content_filter_may_lose_samples(tmp_path):
-    routes = topic_route(
-        inner="<content_filter><expression>x > 1</expression></content_filter>".replace(">", "&gt;", 0)
-    )
-    found = report(tmp_path, service(routes.replace("x > 1", "x = 1")))
+    routes = topic_route(inner="<content_filter><expression>x = 1</expression></content_filter>")
+    found = report(tmp_path, service(routes))
     assert outcome(found) == ("compatible", [])
+    (tmp_path / "s.yaml").write_bytes(SYSTEM.replace(b"%s}", b"reliable, needs: {latest: true}}"))
+    assert "DDS566" in [each.code for each in check(tmp_path / "s.yaml", tmp_path / "rs.xml").findings]
 
 
 def test_several_services_in_one_file_are_a_warning(tmp_path):
