@@ -314,7 +314,9 @@ def _said(side: Side, places: Places) -> str:
         return side.name
     excerpts = (None if place is None else places.excerpt(place) for _, place in facts)
     values = ", ".join(
-        f"{fact.policy} {value_of(fact, excerpt)}" for (fact, _), excerpt in zip(facts, excerpts, strict=True)
+        # A word says by itself what a written zero means; a number contradicts it.
+        f"{fact.policy} {value_of(fact, excerpt if fact.value[:1].isdigit() else None)}"
+        for (fact, _), excerpt in zip(facts, excerpts, strict=True)
     )
     label = wording.label(side.label, facts[0][0])
     return f"{label}: {values}" if label else values
