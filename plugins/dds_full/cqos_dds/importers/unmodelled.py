@@ -664,7 +664,7 @@ def lay_over_participants(
                 participant=participant,
                 protocol="dds",
                 when=("implementation", implementation),
-                fills=("default",),
+                fills=("default", MAY_LOSE),  # what the QoS of endpoints leaves open, but not what a person states
                 place=settings[EXTENSIONS.name].place,
             )
         )

@@ -242,7 +242,7 @@ CYCLONE: Final = ElementTable(
 
 
 def lay_over_nodes(system: System, found: Sequence[tuple[str, Place, Effect]], rmw: str) -> list[Part]:
-    """Leave unknown whether nodes match where elements may decide it; return all that may keep nodes apart, as parts not read."""
+    """Leave unknown whether nodes match where elements may decide it; return all that may decide as parts that are not read."""
     refusing = [(path, place) for path, place, effect in found if effect == "match"]
     for path, place in refusing[:1]:
         cause = f"`{path}` may prevent a match and is not judged"
@@ -250,4 +250,4 @@ def lay_over_nodes(system: System, found: Sequence[tuple[str, Place, Effect]], r
         system.overlays.append(
             Overlay("QoS of participants", settings, protocol="ros2", when=("rmw", rmw), place=place)
         )
-    return [Part("element", path, EFFECTS[effect], place, 0) for path, place, effect in found if effect != "delivery"]
+    return [Part("element", path, EFFECTS[effect], place, 0) for path, place, effect in found]
