@@ -44,6 +44,11 @@ _HISTORY: Final = {
     "keep_last": "The last samples of each instance are kept, as many as the depth says.",
     "keep_all": "All samples are kept, up to the resource limits.",
 }
+_EXTENSIBILITY: Final = {
+    "final": "A type never grows.",
+    "appendable": "Members may be added at the end.",
+    "mutable": "Members may be added and removed anywhere.",
+}
 _NETWORK: Final = (
     *("round_trip_time", "repair_time", "rediscovery_time"),
     *("resend_round_trips", "reliable_depth_margin"),
@@ -149,15 +154,13 @@ PANEL: Final = Panel(
             "disallow_type_coercion": "Only samples of exactly the reader's type are taken.",
             "allow_type_coercion": "Samples of a type that can be read as the reader's own are taken too.",
         },
-        "extensibility": {
-            "final": "A type never grows.",
-            "appendable": "Members may be added at the end.",
-            "mutable": "Members may be added and removed anywhere.",
-        },
+        "extensibility": _EXTENSIBILITY,
+        "type_extensibility": _EXTENSIBILITY,
         "implementation": {"standard": "Judged by the texts of the standard alone."},
         "topic_kind": {"no_key": "The data type has no key.", "with_key": "The data type has a key."},
         "extensions": {
-            "none": "No other QoS decides whether the ends match.",
+            "none": "No other QoS decides anything.",
+            "may_lose": "Other QoS may lose samples.",
             "refusing": "Other QoS keeps the ends from matching.",
             "unknown": "The QoS has elements that C-QoS does not model.",
         },
