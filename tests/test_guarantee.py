@@ -513,12 +513,38 @@ def latest_of(writer: str) -> str:
     return next(each.value for each in pair.guarantees if each.word == "latest")
 
 
-def test_what_may_have_a_stronger_writer_beside_it_is_no_promise():
-    assert (latest_of("weak"), latest_of("strong")) == ("unknown", "unknown")
-
-
-@pytest.mark.xfail(
-    strict=True, reason="rules of guarantees see one pair, so they cannot compare with another writer's strength"
-)
 def test_a_weaker_writer_beside_a_stronger_one_gives_nothing():
     assert latest_of("weak") == "no"
+
+
+def test_what_may_have_a_stronger_writer_beside_it_elsewhere_is_no_promise():
+    assert latest_of("strong") == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        ("{ownership_strength: 2, ownership: exclusive, history: keep_all}", "no"),
+        ("{ownership_strength: 1, ownership: exclusive, history: keep_all}", "unknown"),
+        ("{ownership_strength: 2, history: keep_all}", "unknown"),  # shared does not match
+        ("{ownership_strength: 2, ownership: exclusive, reliability: best_effort}", "unknown"),  # nor does that
+        ("{ownership_strength: 2, ownership: exclusive, partition: [b]}", "unknown"),
+    ],
+)
+def test_only_a_writer_that_is_stronger_and_fits_takes_the_ownership(other, expected):
+    system = RIVALS.replace(
+        "strong: {publishes: {t: {history: keep_all, ownership: exclusive, ownership_strength: 10}}}",
+        f"strong: {{publishes: {{t: {other}}}}}",
+    )
+    pair = explain(system.encode(), publisher="weak/publisher/t", subscriber="s/subscriber/t")
+    assert next(each.value for each in pair.guarantees if each.word == "latest") == expected
+
+
+@pytest.mark.parametrize(("keyed", "expected"), [("true", "unknown"), ("false", "no")])
+def test_instances_may_have_owners_of_their_own(keyed, expected):
+    pair = explain(
+        RIVALS.replace("keyed: false", f"keyed: {keyed}").encode(),
+        publisher="weak/publisher/t",
+        subscriber="s/subscriber/t",
+    )
+    assert next(each.value for each in pair.guarantees if each.word == "latest") == expected

@@ -14,6 +14,7 @@ from cqos_core.language.relation import positions
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.pair_outcomes import outcome_of
 from cqos_core.matching.rule_hits import MOST_COMBINATIONS, Hit, add_reached, with_topic_groups
+from cqos_core.matching.strongest_owner import settle_strongest
 from cqos_core.matching.topic_groups import bridges_of, group
 from cqos_core.matching.topic_outcomes import QUIET, judge_shape
 from cqos_core.model.dataclass import dataclass
@@ -107,12 +108,13 @@ def check_topic(
 
 
 def settled(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
-    """Group the endpoints of one topic, and replace values taken from peers; see `group`."""
+    """Group the endpoints of one topic, and replace values that follow from other endpoints; see `group`."""
     topic = group(endpoints, acceptances)
     if any(endpoint.like.from_peers for endpoint in endpoints):
         from cqos_core.matching.peer_values import settle
 
         settle(topic)
+    settle_strongest(topic)
     return topic
 
 

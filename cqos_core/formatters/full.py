@@ -356,10 +356,14 @@ def saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
     label = wording.label(label, fact)
     if excerpt is not None and _reads(excerpt, fact.value):
         return ", ".join(part for part in (label, wording.origin(fact)) if part), ""
+    return label, value_of(fact, excerpt)
+
+
+def value_of(fact: Fact, excerpt: Excerpt | None) -> str:
+    """Return a value with its origin; where a written zero stands for another value, both."""
     value = wording.value(fact)
-    if excerpt is not None and _ZERO.search(_marked(excerpt)):
-        value = f"`0` means {value}"
-    return label, value
+    stands = excerpt is not None and not _reads(excerpt, fact.value) and _ZERO.search(_marked(excerpt))
+    return f"`0` means {value}" if stands else value
 
 
 def _marked(excerpt: Excerpt) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.causes import causes, places_of, same_cause
-from cqos_core.formatters.full import pointed_at, render_excerpt
+from cqos_core.formatters.full import pointed_at, render_excerpt, value_of
 from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
 from cqos_core.model.dataclass import dataclass
@@ -191,7 +191,7 @@ class Page:
                 continue
             seen.add(place)
             where = wording.position(self._places.exact(place))
-            line = _short(f"{where}  {_said(side)}".rstrip(), self._style.width - 6)
+            line = _short(f"{where}  {_said(side, self._places)}".rstrip(), self._style.width - 6)
             lines.append([f"  {self._paint(':::' if lines else '-->', 'frame')} {line}"])
         return (lines[0] if lines else []), (lines[1] if len(lines) > 1 else [])
 
@@ -307,13 +307,18 @@ def rewritten(fix: Remedy, style: Style) -> Iterator[Written]:
                     yield Written(source, line + number, written.strip(), sum(1 for _ in same))
 
 
-def _said(side: Side) -> str:
+def _said(side: Side, places: Places) -> str:
     """Return what a side states there: ``requested here: reliability reliable (preset default)``."""
-    facts = [fact for fact, _ in pointed_at(side) if fact is not None]
+    facts = [(fact, place) for fact, place in pointed_at(side) if fact is not None]
     if not facts:
         return side.name
-    values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in facts)
-    label = wording.label(side.label, facts[0])
+    excerpts = (None if place is None else places.excerpt(place) for _, place in facts)
+    values = ", ".join(
+        # A word says by itself what a written zero means; a number contradicts it.
+        f"{fact.policy} {value_of(fact, excerpt if fact.value[:1].isdigit() else None)}"
+        for (fact, _), excerpt in zip(facts, excerpts, strict=True)
+    )
+    label = wording.label(side.label, facts[0][0])
     return f"{label}: {values}" if label else values
 
 

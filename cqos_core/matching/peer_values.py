@@ -24,6 +24,7 @@ from cqos_core.language.values import (
     in_world,
     is_plain,
 )
+from cqos_core.matching.strongest_owner import settle_strongest
 from cqos_core.matching.topic_groups import group
 from cqos_core.matching.topic_outcomes import met
 from cqos_core.model.system import PUBLISHER
@@ -45,9 +46,10 @@ _OTHER_ORDERS: Final = 8
 
 
 def settled_profiles(endpoints: Sequence[Resolved]) -> dict[int, QosProfile]:
-    """Return the values of the endpoints of one topic, those from peers too, by the identity of the endpoint."""
+    """Return the values of the endpoints of one topic, those that follow from others too, by the identity of the endpoint."""
     topic = group(endpoints)
     settle(topic)
+    settle_strongest(topic)
     groups = (*topic.publishers, *topic.subscribers)
     return {id(endpoint): members.profile for members in groups for endpoint in members.endpoints}
 

@@ -32,6 +32,7 @@ class Timing:
         depth: how many samples are kept otherwise.
         owned: the ownership with which one publisher counts at a time.
         strength: which publisher that is.
+        strongest: of a subscriber, the largest `strength` of the publishers from which it takes samples; the core derives it.
         period: the fact of topics that says how often samples come.
         latched: the fact of topics that says that the last sample is meant for later subscribers.
         keyed: the fact of topics that says that they have instances, each with a history of its own.
@@ -51,6 +52,7 @@ class Timing:
     depth: str = ""
     owned: tuple[str, tuple[str, ...]] = ("", ())
     strength: str = ""
+    strongest: str = ""
     period: str = ""
     latched: str = ""
     keyed: str = ""

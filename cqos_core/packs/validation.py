@@ -112,7 +112,7 @@ def _timing(pack: PackDefinition) -> Iterator[str]:
 _TIME: Final = "a policy of endpoints"
 _TIMES: Final = {
     **dict.fromkeys(("gap", "lease", "lifespan", "kept_for"), "a duration of endpoints"),
-    **dict.fromkeys(("depth", "strength"), "a count of endpoints"),
+    **dict.fromkeys(("depth", "strength", "strongest"), "a count of endpoints"),
     **dict.fromkeys(("period", "latched", "keyed"), "a policy of topics"),
 }
 

@@ -20,9 +20,10 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     for name, summary in _READ:
         claim = f"cqos_dds.importers.detect:claims_{name}"
         reader = f"cqos_dds.importers.{name}:read"
-        inserter = "" if name == "cyclonedds_xml" else "cqos_dds.exporters.editing:insert"
+        inserter = "cqos_dds.exporters.editing:insert" if name in _EDITED else ""
+        suffix = ".ini" if name == "opendds_ini" else ".xml"
         shares = name == "dds_xml"
-        register(ImporterInfo(name, summary, (".xml",), claim, reader, inserter=inserter, shares_names=shares))
+        register(ImporterInfo(name, summary, (suffix,), claim, reader, inserter=inserter, shares_names=shares))
 
 
 @hookimpl
@@ -36,7 +37,9 @@ _READ = (
     ("dds_xml", "DDS-XML: libraries of QoS, domains, participants and applications"),
     ("fastdds_xml", "XML profiles of Fast DDS, as programs of DDS use them"),
     ("cyclonedds_xml", "Configurations of Cyclone DDS (CYCLONEDDS_URI): the lease of participants"),
+    ("opendds_ini", "Configurations of OpenDDS (DCPSConfigFile): the lease of participants"),
 )
+_EDITED = ("dds_xml", "fastdds_xml")
 _WRITTEN = (
     (
         "dds_xml",

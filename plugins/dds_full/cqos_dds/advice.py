@@ -21,7 +21,7 @@ from cqos_core.packs import (
     topic,
     total,
 )
-from cqos_dds.implementations import FAST_DDS, is_on, publisher_is, subscriber_is
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, is_on, publisher_is, subscriber_is
 from cqos_dds.kept_policies import (
     AUTODISPOSE,
     DEPTH,
@@ -74,7 +74,7 @@ BOTH_DURABLE: Final = define(
     "both_durable", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) >= "transient_local")
 )
 # Cyclone DDS keeps what late readers get by DURABILITY_SERVICE already for transient_local writers; seen by running it.
-KEPT_BY_SERVICE: Final = define("kept_by_service", (offered(DURABILITY) >= "transient") | publisher_is("cyclonedds"))
+KEPT_BY_SERVICE: Final = define("kept_by_service", (offered(DURABILITY) >= "transient") | publisher_is(*CYCLONE_DDS))
 STORED_ALL: Final = define(
     "stored_all",
     (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all"))
@@ -447,7 +447,7 @@ ENDPOINTS: Final = (
             (requested(TIME_BASED_FILTER) > 0) & (requested(LEASE) < requested(TIME_BASED_FILTER)),
         )
         & (requested(LIVELINESS) == "manual_by_topic")
-        & ~subscriber_is("cyclonedds"),
+        & ~subscriber_is(*CYCLONE_DDS),
         code="DDS351",
         name="lease-under-separation",
         because="a writer may leave out for the reader what its filter drops, and then asserts no liveliness within the lease",

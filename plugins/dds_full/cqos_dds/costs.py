@@ -9,7 +9,7 @@ from typing import Final
 
 from cqos_core.packs import Costs, Framing, Store, offered, requested
 from cqos_dds.guarantee_terms import SERVICE_KEEPS_ALL
-from cqos_dds.implementations import publisher_is
+from cqos_dds.implementations import CYCLONE_DDS, publisher_is
 from cqos_dds.kept_policies import DEPTH, HISTORY, MAX_INSTANCES, MAX_SAMPLES, SERVICE_DEPTH
 from cqos_dds.policies import KEYED, TIME_BASED_FILTER
 from cqos_dds.requested_policies import DURABILITY, RELIABILITY
@@ -59,7 +59,7 @@ FAST: Final = Framing(
 )
 
 # Writers of Cyclone DDS keep for late joiners what the durability service says, and its limits do not bind them.
-SERVED: Final = publisher_is("cyclonedds") & (offered(DURABILITY) == "transient_local")
+SERVED: Final = publisher_is(*CYCLONE_DDS) & (offered(DURABILITY) == "transient_local")
 COSTS: Final = Costs(
     KEYED,
     MAX_INSTANCES,

@@ -10,6 +10,7 @@ from typing import Final
 
 from cqos_core.packs import Literal, define, forbids, in_, offered, publisher, requested, requires, subscriber, topic
 from cqos_dds.implementations import (
+    CYCLONE_DDS,
     FAST_DDS,
     IMPLEMENTATION,
     NO_DESTINATION_ORDER,
@@ -23,7 +24,7 @@ from cqos_dds.implementations import (
     subscriber_is,
 )
 from cqos_dds.kept_policies import DEPTH, HISTORY, MAX_INSTANCES, MAX_PER_INSTANCE, MAX_SAMPLES, SERVICE_DEPTH
-from cqos_dds.policies import ANNOUNCEMENT_PERIOD, KEYED, SERVICE_RUNS
+from cqos_dds.policies import ANNOUNCEMENT_PERIOD, KEYED, SERVICE_RUNS, TIME_BASED_FILTER
 from cqos_dds.requested_policies import (
     COHERENT,
     DATA_REPRESENTATION,
@@ -223,7 +224,7 @@ ENDPOINTS: Final = (
         help="offer one data representation",
     ),
     forbids(
-        is_on("cyclonedds") & in_(XML, DATA_REPRESENTATION),
+        is_on(*CYCLONE_DDS) & in_(XML, DATA_REPRESENTATION),
         code="DDS327",
         name="xml-representation-on-cyclonedds",
         because=INCONSISTENT + "Cyclone DDS does not support the data representation XML",
@@ -242,7 +243,17 @@ ENDPOINTS: Final = (
         fixes=("history.depth",),
     ),
     forbids(
-        publisher_is("cyclonedds")
+        subscriber_is("cyclonedds") & (requested(TIME_BASED_FILTER) > 0),
+        code="DDS356",
+        name="filter-of-cyclonedds-11",
+        because="Cyclone DDS filters since version 11, and before that ignores the filter",
+        clause="Cyclone DDS 0.10.5 and 11.0.1, reader history",
+        severity="note",
+        fixes=("implementation",),
+        help="state `implementation: cyclonedds_0_10` for an older version",
+    ),
+    forbids(
+        publisher_is(*CYCLONE_DDS)
         & (offered(DURABILITY) == "transient_local")
         & SERVICE_KEEPS_LAST
         & define("stores_less", (offered(HISTORY) == "keep_all") | (offered(SERVICE_DEPTH) < offered(DEPTH))),

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import Anything, Choice, Flag, PerRole, Policy, by_option
+from cqos_dds.implementations import CYCLONE_DDS
 from cqos_dds.kinds import Compressions
 
 _WRITER_READER: Final = ("writer", "reader")
 _ALL: Final = "[zlib, bzip2, lz4]"
 _NOT_CONNEXT: Final = (
-    "cyclonedds",
+    *CYCLONE_DDS,
     "fastdds_2_9",
     "fastdds_3_1",
     "fastdds_3_6",
@@ -27,7 +28,7 @@ DISABLE_POSITIVE_ACKS: Final = Policy(
     "acknowledgements.",
     "Fast DDS, DisablePositiveACKsQosPolicy; RTI Connext, DATA_WRITER_PROTOCOL and DATA_READER_PROTOCOL",
     aliases=("disable_positive_acks.enabled", "disablePositiveAcks"),
-    enforced={"implementation": dict.fromkeys(("cyclonedds", "opendds", "dust", "rustdds"), "no")},
+    enforced={"implementation": dict.fromkeys((*CYCLONE_DDS, "opendds", "dust", "rustdds"), "no")},
     entities=_WRITER_READER,
     changeable=False,
     unseen=True,
@@ -62,12 +63,13 @@ COMPRESSION: Final = Policy(
     changeable=False,
     unseen=True,
 )
+MAY_LOSE: Final = "may_lose"
 EXTENSIONS: Final = Policy(
     "extensions",
-    Choice("none", "refusing", ordered=False),
+    Choice("none", MAY_LOSE, "refusing", ordered=False),
     "none",
-    "Whether QoS that C-QoS does not model keeps this end from matching. It is unknown where a file has such an element; `none` "
-    "states that it does not.",
+    "What QoS that C-QoS does not model does to this end: nothing, it may lose samples, or it keeps the end from matching. It is "
+    "unknown where a file has an element that may prevent a match; `none` states that it does not.",
     "C-QoS, elements that are not modelled",
     words={"unknown": Anything("the QoS has elements that C-QoS does not model")},
     entities=("writer", "reader", "publisher", "subscriber"),

@@ -24,7 +24,7 @@ from cqos_core.packs import (
     topic,
 )
 from cqos_dds.advice import BOTH_DURABLE, KEPT_BY_SERVICE
-from cqos_dds.implementations import FAST_DDS, publisher_is
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, publisher_is
 from cqos_dds.kept_policies import (
     DEPTH,
     HISTORY,
@@ -122,7 +122,7 @@ def lasts(name: str, samples: Operand, time: Operand) -> Condition:
 
 # Limits of the durability service do not bind what Cyclone DDS keeps; seen by running it.
 SERVICE_KEEPS_ALL: Final = define("service_keeps_all", offered(SERVICE_HISTORY) == "keep_all")
-UNBOUND: Final = define("unbound", publisher_is("cyclonedds"))
+UNBOUND: Final = define("unbound", publisher_is(*CYCLONE_DDS))
 SERVICE_HAS_ROOM: Final = define(
     "service_has_room",
     (

@@ -13,6 +13,7 @@ from typing import Final
 from cqos_core.packs import (
     RELAYED,
     REPAIR_TIME,
+    TAKEN_EVERY,
     WORDS,
     Condition,
     Policy,
@@ -26,7 +27,7 @@ from cqos_core.packs import (
     requested,
     topic,
 )
-from cqos_dds.extension_policies import DISABLE_POSITIVE_ACKS
+from cqos_dds.extension_policies import DISABLE_POSITIVE_ACKS, EXTENSIONS
 from cqos_dds.guarantee_terms import (
     DURABLE,
     KEPT,
@@ -43,7 +44,7 @@ from cqos_dds.guarantee_terms import (
     instance_limit,
     lives,
 )
-from cqos_dds.implementations import FAST_DDS, either_is, subscriber_is
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, either_is, subscriber_is
 from cqos_dds.kept_policies import (
     AUTOPURGE_DISPOSED,
     AUTOPURGE_NOWRITER,
@@ -121,12 +122,16 @@ LATEST: Final = (
 # By the standard a reliable reader with a filter gets the last sample in the end. Cyclone DDS drops it; seen by running it.
 FILTERED_LAST: Final = gives(
     "latest",
-    (requested(TIME_BASED_FILTER) <= topic(PERIOD)) | ~subscriber_is("cyclonedds"),
+    (requested(TIME_BASED_FILTER) <= topic(PERIOD)) | ~subscriber_is(*CYCLONE_DDS),
     code="DDS539",
     name="latest-lost-to-filter",
     because="Cyclone DDS drops for good what the reader's filter holds back, the newest sample as well",
     clause="DDS 1.4, 2.2.3.12; Cyclone DDS, seen by running it",
     help=STATE_PERIOD,
+)
+
+NEVER_PURGED: Final = define(
+    "never_purged", (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite")
 )
 
 LOSS_FREE: Final = (
@@ -204,10 +209,7 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        define(
-            "never_purged",
-            (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite"),
-        ),
+        NEVER_PURGED,
         doubt=True,
         code="DDS513",
         name="loss-by-autopurge",
@@ -375,9 +377,65 @@ TIME: Final = (
     ),
 )
 
+NOT_MODELLED: Final = tuple(
+    gives(
+        word,
+        (offered(EXTENSIONS) == "none") & (requested(EXTENSIONS) == "none"),
+        doubt=True,
+        code=code,
+        name=f"{name}-by-extension",
+        because="a file sets what C-QoS does not model and what may lose samples or delay the loss of a writer",
+        fixes=(WORDS[word].need.name,),
+        clause="C-QoS, elements that are not modelled",
+        help="state `extensions: none` where the elements decide nothing",
+    )
+    for code, word, name in (
+        ("DDS566", "latest", "latest-lost"),
+        ("DDS567", "loss_free", "loss"),
+        ("DDS568", "late_join", "late-join-lost"),
+        ("DDS569", "offline", "offline-lost"),
+        ("DDS570", "max_gap", "gap"),
+        ("DDS571", "liveness", "loss-of-writer-noticed-late"),
+    )
+)
+
+# What DDS565 and DDS513 say of every sample holds of the newest, and of kept ones, too. How long the writer keeps them is not read.
+FORGOTTEN: Final = tuple(
+    gives(
+        word,
+        ~as_condition(offered(DISABLE_POSITIVE_ACKS)),
+        doubt=True,
+        code=code,
+        name=f"{name}-without-positive-acks",
+        because="a writer without positive acks forgets samples after a time, whether they have arrived or not",
+        clause="Fast DDS, DisablePositiveACKsQosPolicy",
+    )
+    for code, word, name in (
+        ("DDS577", "latest", "latest-lost"),
+        ("DDS578", "late_join", "late-join-lost"),
+        ("DDS579", "offline", "offline-lost"),
+        ("DDS580", "max_gap", "gap"),
+    )
+)
+PURGED: Final = gives(
+    "latest",
+    define(
+        "taken_before_purge",
+        (requested(AUTOPURGE_NOWRITER) >= requested(TAKEN_EVERY))
+        & (requested(AUTOPURGE_DISPOSED) >= requested(TAKEN_EVERY)),
+    )
+    | NEVER_PURGED,
+    doubt=True,
+    code="DDS581",
+    name="latest-lost-by-autopurge",
+    because="what the program has not taken is dropped some time after an instance is disposed or has no writer any more",
+    clause="DDS 1.4, 2.2.3.22",
+    help=STATE_TAKEN,
+)
+
 GUARANTEES: Final = (
     *(*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME),
-    *(*OTHER_WRITERS, *EXPIRED, *OVER_AN_OUTAGE),
+    *(*OTHER_WRITERS, *NOT_MODELLED, *FORGOTTEN, PURGED, *EXPIRED, *OVER_AN_OUTAGE),
 )
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")

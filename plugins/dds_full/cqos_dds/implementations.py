@@ -11,6 +11,7 @@ from typing import Final
 
 from cqos_core.packs import Choice, Condition, OneOf, Policy, define, in_, publisher, subscriber
 
+CYCLONE_DDS: Final = ("cyclonedds", "cyclonedds_0_10")
 FAST_DDS: Final = ("fastdds_2_9", "fastdds_3_1", "fastdds_3_6")
 _FAST_DDS_SPELLINGS: Final = (
     "fastdds",
@@ -25,7 +26,7 @@ IMPLEMENTATION: Final = Policy(
     "implementation",
     Choice(
         "standard",
-        "cyclonedds",
+        *CYCLONE_DDS,
         *FAST_DDS,
         "opendds",
         "connext",
@@ -36,6 +37,8 @@ IMPLEMENTATION: Final = Policy(
             **dict.fromkeys(_FAST_DDS_SPELLINGS, FAST_DDS[-1]),
             "fastdds_2": "fastdds_2_9",
             "fastdds_3": "fastdds_3_6",
+            "cyclonedds_11": "cyclonedds",
+            "cyclonedds_0": "cyclonedds_0_10",
             "cyclone": "cyclonedds",
             "cyclone_dds": "cyclonedds",
             "rmw_cyclonedds_cpp": "cyclonedds",
@@ -52,7 +55,7 @@ IMPLEMENTATION: Final = Policy(
     ),
     "standard",
     "The implementation of DDS, which may differ between participants; `standard` judges by the texts of the standard. "
-    "Fast DDS differs by version; `fastdds` alone leaves open which one it is.",
+    "Fast DDS differs by version; `fastdds` alone leaves open which one it is. `cyclonedds` is Cyclone DDS 11.",
     level="option",
     aliases=("vendor", "rmw"),
     words=dict.fromkeys(_FAST_DDS_SPELLINGS, OneOf(FAST_DDS)),
@@ -68,9 +71,12 @@ NO_REPRESENTATION: Final = ("fastdds_2_9", "rustdds")
 
 
 def _listed(names: Iterable[str]) -> str:
-    """Return implementations as part of a name, all versions of Fast DDS in one word."""
-    every = set(FAST_DDS) <= set(names)
-    return "_or_".join(dict.fromkeys("fastdds" if every and name in FAST_DDS else name for name in names))
+    """Return implementations as part of a name, all versions of one in one word."""
+    called = {"cyclonedds": "cyclonedds_11"}
+    for word, versions in (("fastdds", FAST_DDS), ("cyclonedds", CYCLONE_DDS)):
+        if set(versions) <= {*names}:
+            called |= dict.fromkeys(versions, word)
+    return "_or_".join(dict.fromkeys(called.get(name, name) for name in names))
 
 
 def publisher_is(*names: str) -> Condition:

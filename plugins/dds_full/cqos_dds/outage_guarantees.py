@@ -32,7 +32,7 @@ from cqos_dds.guarantee_terms import (
     lives,
     spans,
 )
-from cqos_dds.implementations import FAST_DDS, publisher_is, subscriber_is
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, publisher_is, subscriber_is
 from cqos_dds.kept_policies import (
     DEPTH,
     HISTORY,
@@ -142,7 +142,7 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "loss_free",
-        ~publisher_is("cyclonedds")
+        ~publisher_is(*CYCLONE_DDS)
         | (offered(MAX_BLOCKING_TIME) == "infinite")
         | define("below_watermark", (topic(SIZE) + CYCLONE_ADDS) * ceil(SILENCE, topic(PERIOD)) <= CYCLONE_HOLDS),
         survives="link_outage",

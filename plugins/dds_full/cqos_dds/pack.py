@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import NEEDS, CommonMistake, Convention, Function, Implementations, RulePack, Timing, TopicMatching
 from cqos_dds import partitions
@@ -17,6 +17,11 @@ from cqos_dds.panel import PANEL
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
 from cqos_dds.rules import RULES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.packs.logs import LogMismatch
 
 CONVENTIONS: Final = (
     Convention("DCPS*", external=True, doc="Built-in topics, which every participant writes and tools read."),
@@ -51,6 +56,7 @@ TIMING: Final = Timing(
     depth="history.depth",
     owned=("ownership", ("exclusive",)),
     strength="ownership_strength",
+    strongest="strongest_writer",
     period="period",
     latched="latched",
     keyed="keyed",
@@ -68,6 +74,14 @@ SLIPS: Final = (
     CommonMistake(r"sensor_data", "{reliability: best_effort, history: keep_last, history.depth: 5}"),
 )
 """Words of MQTT and ROS 2."""
+
+
+def _read_line(line: str) -> Iterable[LogMismatch]:
+    from cqos_dds.logs import read_line
+
+    return read_line(line)
+
+
 PACK: Final = RulePack(
     id="dds",
     title="DDS",
@@ -97,6 +111,7 @@ PACK: Final = RulePack(
     common_mistakes=SLIPS,
     groups=("publishers", "subscribers"),
     codes=CODES,
+    read_log=_read_line,
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
     validated=True,
 )

@@ -44,6 +44,11 @@ _HISTORY: Final = {
     "keep_last": "The last samples of each instance are kept, as many as the depth says.",
     "keep_all": "All samples are kept, up to the resource limits.",
 }
+_EXTENSIBILITY: Final = {
+    "final": "A type never grows.",
+    "appendable": "Members may be added at the end.",
+    "mutable": "Members may be added and removed anywhere.",
+}
 _NETWORK: Final = (
     *("round_trip_time", "repair_time", "rediscovery_time"),
     *("resend_round_trips", "reliable_depth_margin"),
@@ -54,8 +59,18 @@ PANEL: Final = Panel(
         "Delivery": _DELIVERY,
         "Timing": _TIMING,
         "Liveliness": _LIVELINESS,
-        "Ownership and order": ("ownership", "ownership_strength", "destination_order", *_ACCESS),
-        "Matching": ("partition", "data_representation", "type_information", *_TYPE_RULES, *_EXTENSIONS),
+        "Ownership and order": (
+            *("ownership", "ownership_strength", "strongest_writer", "destination_order"),
+            *_ACCESS,
+        ),
+        "Matching": (
+            "partition",
+            "data_representation",
+            "type_information",
+            "type_extensibility",
+            *_TYPE_RULES,
+            *_EXTENSIONS,
+        ),
         "Limits": (*_LIMITS, "transport_priority", "taken_every"),
         "Durability service": _SERVICE,
         "Lifecycle": _LIFECYCLE,
@@ -67,6 +82,7 @@ PANEL: Final = Panel(
     advanced=(
         *("latency_budget", "time_based_filter", "liveliness.announcement_period"),
         *("destination_order", "data_representation", "type_information", "transport_priority", "taken_every"),
+        *("strongest_writer", "type_extensibility"),
         *(*_ACCESS, *_TYPE_RULES, *_EXTENSIONS, *_LIMITS, *_SERVICE, *_LIFECYCLE, *_DATA, *_NETWORK),
         *("keyed", "size", "sole_writer", "extensibility", "durability_service_runs", "participant_lease", "relayed"),
     ),
@@ -138,15 +154,13 @@ PANEL: Final = Panel(
             "disallow_type_coercion": "Only samples of exactly the reader's type are taken.",
             "allow_type_coercion": "Samples of a type that can be read as the reader's own are taken too.",
         },
-        "extensibility": {
-            "final": "A type never grows.",
-            "appendable": "Members may be added at the end.",
-            "mutable": "Members may be added and removed anywhere.",
-        },
+        "extensibility": _EXTENSIBILITY,
+        "type_extensibility": _EXTENSIBILITY,
         "implementation": {"standard": "Judged by the texts of the standard alone."},
         "topic_kind": {"no_key": "The data type has no key.", "with_key": "The data type has a key."},
         "extensions": {
-            "none": "No other QoS decides whether the ends match.",
+            "none": "No other QoS decides anything.",
+            "may_lose": "Other QoS may lose samples.",
             "refusing": "Other QoS keeps the ends from matching.",
             "unknown": "The QoS has elements that C-QoS does not model.",
         },
@@ -155,7 +169,8 @@ PANEL: Final = Panel(
     value_labels={
         "implementation": {
             "standard": "The standard",
-            "cyclonedds": "Cyclone DDS",
+            "cyclonedds": "Cyclone DDS 11",
+            "cyclonedds_0_10": "Cyclone DDS 0.10",
             "fastdds_2_9": "Fast DDS 2.9",
             "fastdds_3_1": "Fast DDS 3.1",
             "fastdds_3_6": "Fast DDS 3.6",

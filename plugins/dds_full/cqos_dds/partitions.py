@@ -15,7 +15,7 @@ from typing import Final, TypeAlias
 from cqos_core.language.name_index import NameIndex
 from cqos_core.model.re2_patterns import PatternError, name_matcher
 from cqos_core.model.regular_expressions import re
-from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, IMPLEMENTATION
 
 Names: TypeAlias = tuple[str, ...]
 NO_NAME: Final = ("",)
@@ -121,7 +121,7 @@ def ignoring_partitions(writer: Names, reader: Names) -> bool:  # noqa: ARG001 -
 
 
 OTHERS: Final[dict[str, Callable[[Names, Names], bool]]] = {
-    "cyclonedds": as_cyclone_dds_does,
+    **dict.fromkeys(CYCLONE_DDS, as_cyclone_dds_does),
     "opendds": as_opendds_does,
     "dust": as_dust_dds_does,
     "rustdds": ignoring_partitions,

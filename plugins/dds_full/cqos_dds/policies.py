@@ -23,7 +23,7 @@ from cqos_core.packs import (
     by_option,
 )
 from cqos_dds.extension_policies import COMPRESSION, DISABLE_POSITIVE_ACKS, EXTENSIONS, TOPIC_KIND
-from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, IMPLEMENTATION
 from cqos_dds.kept_policies import (
     AUTODISPOSE,
     AUTOPURGE_DISPOSED,
@@ -58,7 +58,7 @@ from cqos_dds.requested_policies import (
     LEASE,
     LIVELINESS,
     MAX_BLOCKING_TIME,
-    NOT_IN_FAST_DDS,
+    NO_FILTER,
     ORDERED,
     OWNERSHIP,
     PARTITION,
@@ -68,6 +68,7 @@ from cqos_dds.requested_policies import (
     TOPIC_WRITER,
     TYPE,
     TYPE_CONSISTENCY,
+    TYPE_EXTENSIBILITY,
     TYPE_INFORMATION,
     WRITER,
 )
@@ -85,6 +86,16 @@ OWNERSHIP_STRENGTH: Final = Policy(
     entities=("writer",),
     changeable=True,
 )
+STRONGEST_WRITER: Final = Policy(
+    "strongest_writer",
+    number(),
+    "-2147483648",
+    "The largest ownership_strength of the exclusive writers from which a reader takes samples; that of the design counts by itself.",
+    "DDS 1.4, 2.2.3.10",
+    roles=READER,
+    changeable=True,
+    unseen=True,
+)
 TIME_BASED_FILTER: Final = Policy(
     "time_based_filter",
     duration(),
@@ -93,7 +104,7 @@ TIME_BASED_FILTER: Final = Policy(
     "DDS 1.4, 2.2.3.12",
     roles=READER,
     aliases=("time_based_filter.minimum_separation", "minimum_separation"),
-    enforced=NOT_IN_FAST_DDS,
+    enforced=NO_FILTER,
     entities=("reader",),
     changeable=True,
     stronger="lower",
@@ -264,7 +275,7 @@ PARTICIPANT_LEASE: Final = Policy(
             "implementation",
             Anything("the participant lease of the implementation is not known"),
             standard="100s",
-            cyclonedds="10s",
+            **dict.fromkeys(CYCLONE_DDS, "10s"),
             **dict.fromkeys(FAST_DDS, "20s"),
             opendds="300s",
             connext="100s",
@@ -289,6 +300,7 @@ POLICIES: Final = (
     DATA_REPRESENTATION,
     PARTITION,
     TYPE,
+    TYPE_EXTENSIBILITY,
     TYPE_INFORMATION,
     TYPE_CONSISTENCY,
     IGNORE_SEQUENCE_BOUNDS,
@@ -312,6 +324,7 @@ POLICIES: Final = (
     AUTOPURGE_NOWRITER,
     AUTOPURGE_DISPOSED,
     OWNERSHIP_STRENGTH,
+    STRONGEST_WRITER,
     TIME_BASED_FILTER,
     TRANSPORT_PRIORITY,
     ENTITY_FACTORY,

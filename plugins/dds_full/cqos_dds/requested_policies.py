@@ -14,7 +14,7 @@ from cqos_core.packs import (
     Text,
     by_option,
 )
-from cqos_dds.implementations import FAST_DDS
+from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS
 from cqos_dds.kinds import Representations, choice, duration
 
 WRITER: Final = ("publisher",)
@@ -27,6 +27,8 @@ GROUPS: Final = ("publisher", "subscriber")
 
 # What an implementation does not have at all; the rules state what it has and does not compare.
 NOT_IN_FAST_DDS: Final = {"implementation": dict.fromkeys(FAST_DDS, "no")}
+# Neither the reader history of Cyclone DDS 0.10 nor RustDDS looks at the filter.
+NO_FILTER: Final = {"implementation": dict.fromkeys((*FAST_DDS, "cyclonedds_0_10", "rustdds"), "no")}
 NOT_IN_RUSTDDS: Final = {"implementation": {"rustdds": "no"}}
 
 # What must be offered as it is requested --------------------------------------------------------------------
@@ -191,9 +193,12 @@ DATA_REPRESENTATION: Final = Policy(
     words={
         "default": by_option(
             "implementation",
-            cyclonedds=PerRole(
-                publisher=by_option("extensibility", final="[xcdr1]", appendable="[xcdr2]", mutable="[xcdr2]"),
-                subscriber="[xcdr1, xcdr2]",
+            **dict.fromkeys(
+                CYCLONE_DDS,
+                PerRole(
+                    publisher=by_option("extensibility", final="[xcdr1]", appendable="[xcdr2]", mutable="[xcdr2]"),
+                    subscriber="[xcdr1, xcdr2]",
+                ),
             ),
             opendds=PerRole(publisher="[xcdr2]", subscriber="[xcdr1, xcdr2]"),
             otherwise="[xcdr1]",
@@ -233,7 +238,16 @@ TYPE_INFORMATION: Final = Policy(
     "Whether an endpoint announces its data type in full, so that types are compared by their members rather than by "
     "their names. Cyclone DDS does so by default.",
     "DDS-XTypes 1.3, 7.6.3.2",
-    words={"default": by_option("implementation", cyclonedds="true", otherwise="false")},
+    words={"default": by_option("implementation", **dict.fromkeys(CYCLONE_DDS, "true"), otherwise="false")},
+)
+TYPE_EXTENSIBILITY: Final = Policy(
+    "type_extensibility",
+    Choice("final", "appendable", "mutable", ordered=False, synonyms={"extensible": "appendable"}),
+    None,
+    "How the data type of this end may grow, where the two ends may differ.",
+    "DDS-XTypes 1.3, 7.2.3",
+    changeable=False,
+    unseen=True,
 )
 TYPE_CONSISTENCY: Final = Policy(
     "type_consistency",

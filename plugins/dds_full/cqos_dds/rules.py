@@ -16,6 +16,7 @@ from typing import Final
 from cqos_core.packs import (
     Condition,
     Literal,
+    Term,
     as_condition,
     call,
     define,
@@ -57,7 +58,7 @@ from cqos_dds.kept_policies import (
     SERVICE_MAX_PER_INSTANCE,
     SERVICE_MAX_SAMPLES,
 )
-from cqos_dds.policies import DOMAIN, TIME_BASED_FILTER, TOPIC_TYPE
+from cqos_dds.policies import DOMAIN, EXTENSIBILITY, TIME_BASED_FILTER, TOPIC_TYPE
 from cqos_dds.requested_policies import (
     ACCESS_SCOPE,
     COHERENT,
@@ -73,6 +74,7 @@ from cqos_dds.requested_policies import (
     PARTITION,
     RELIABILITY,
     TYPE,
+    TYPE_EXTENSIBILITY,
     TYPE_INFORMATION,
 )
 
@@ -210,7 +212,7 @@ REQUEST_OFFER: Final = (
         clause="RTI Connext, User's Manual, DATA_REPRESENTATION QosPolicy",
     ),
     requires(
-        (offered(EXTENSIONS) == "none") & (requested(EXTENSIONS) == "none"),
+        (offered(EXTENSIONS) != "refusing") & (requested(EXTENSIONS) != "refusing"),
         code="DDS115",
         name="extension-refuses",
         because="QoS that C-QoS does not model keeps one end from matching",
@@ -346,6 +348,19 @@ SUBSCRIBER_MEETS: Final = define(
     "subscriber_meets", call("partitions_meet", offered(PARTITION), requested(PARTITION), subscriber(IMPLEMENTATION))
 )
 
+# XCDR1 encodes a final and an appendable type alike, so ends that compare names of types alone understand each other.
+BY_NAME_IN_XCDR1: Final = define(
+    "types_by_name_in_xcdr1",
+    ~(offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION)) & (first(offered(DATA_REPRESENTATION)) == "xcdr1"),
+)
+
+
+def extensibility_fits(offers: Term, requests: Term, name: str) -> Condition:
+    """Say that the extensibility of a type is the same at both ends, or that neither end notices."""
+    none_mutable = define(f"{name}_not_mutable", (offers != "mutable") & (requests != "mutable"))
+    return (offers == requests) | (BY_NAME_IN_XCDR1 & none_mutable)
+
+
 MEETING: Final = (
     matched_if(
         publisher(DOMAIN) == subscriber(DOMAIN),
@@ -362,6 +377,26 @@ MEETING: Final = (
         clause="DDS 1.4, 2.2.2.3",
         severity="error",
         always=True,
+    ),
+    matched_if(
+        extensibility_fits(offered(TYPE_EXTENSIBILITY), requested(TYPE_EXTENSIBILITY), "types"),
+        code="DDS407",
+        name="extensibility-mismatch",
+        because="a final, an appendable and a mutable type are not assignable to each other, and XCDR2 encodes each of them otherwise",
+        clause="DDS-XTypes 1.3, 7.2.4.4.8 and 7.4.3",
+        severity="error",
+        always=True,
+        help="give the type the same extensibility at both ends",
+    ),
+    matched_if(
+        extensibility_fits(publisher(EXTENSIBILITY), subscriber(EXTENSIBILITY), "types_of_participants"),
+        code="DDS408",
+        name="extensibility-of-participants-differs",
+        because="a final, an appendable and a mutable type are not assignable to each other, and XCDR2 encodes each of them otherwise",
+        clause="DDS-XTypes 1.3, 7.2.4.4.8 and 7.4.3",
+        severity="error",
+        always=True,
+        help="set the option `extensibility` to the same for both participants",
     ),
     matched_if(
         offered(TOPIC_KIND) == requested(TOPIC_KIND),

@@ -111,7 +111,14 @@ TABLE = {
     ),
 }
 EXTENSIONS = {"disable_positive_acks", "topic_kind", "compression_ids", "extensions"}
-BESIDE = {"type", "type_information", "liveliness.announcement_period", "taken_every"} | EXTENSIONS
+BESIDE = {
+    "type",
+    "type_information",
+    "liveliness.announcement_period",
+    "taken_every",
+    "strongest_writer",
+    "type_extensibility",
+} | EXTENSIONS
 """What an endpoint has beside the policies of the standard."""
 FIELDS = {
     f"{policy}.{field}".rstrip("."): (policy, field) for policy, (fields, *_) in TABLE.items() for field in fields

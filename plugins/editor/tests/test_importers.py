@@ -62,6 +62,7 @@ TEXTS = {
         "cyclone.xml",
         '<?xml version="1.0"?>\n<CycloneDDS><Domain id="any"/></CycloneDDS>\n',
     ),
+    "opendds_ini": ("opendds.ini", "[rtps_discovery/a]\nLeaseDuration=30\n[endpoint/w]\ntype=writer\n"),
     "nodl": (
         "camera.nodl.yaml",
         """\

@@ -13,7 +13,7 @@ CODES: Final = (
         "note",
         "Elements of an XML file that are no policy of the standard are passed over.",
         "They belong to one implementation, or to what is not checked here, such as transports and content filters. They "
-        "are listed once for each file, so that one that was meant to count can be found among them.",
+        "are listed once for each file. The coverage names those that may keep participants apart.",
     ),
     CodeInfo(
         "DDS902",
@@ -60,5 +60,20 @@ CODES: Final = (
         "Systems of DDS-XML may span files. What the other file says is unknown here, and what meets it may be there.",
         help="name the file with the library beside this one, or state the variable with `--define`",
         leaves_out="reference",
+    ),
+    CodeInfo(
+        "DDS908",
+        "several-routing-services",
+        "warning",
+        "A file configures several routing services, and an option of the command line says which of them runs.",
+        "None of them is read, because routes that do not run would hide that participants of two domains never meet.",
+        help="keep the service that runs in a file of its own",
+    ),
+    CodeInfo(
+        "DDS909",
+        "opendds-setting-not-read",
+        "note",
+        "A configuration of OpenDDS has endpoints or settings that C-QoS does not read and that may decide.",
+        "C-QoS reads the lease of participants. The coverage names static endpoints, and what may keep participants apart.",
     ),
 )

@@ -10,7 +10,9 @@ from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import Overlay
+from cqos_dds.implementations import CYCLONE_DDS
 from cqos_dds.importers.leases import LEASE
+from cqos_dds.importers.unmodelled import CYCLONE, lay_over_participants
 from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, not_set
 
 if TYPE_CHECKING:
@@ -60,9 +62,12 @@ class _File(XmlReading):
                     "`participant_lease` at the participants"
                 )
                 lease = replace(lease, text="", unknown=cause)
-            when = ("implementation", "cyclonedds")
-            laid = Overlay("cyclonedds.xml", {LEASE: lease}, protocol=PROTOCOL, when=when, place=lease.place)
-            self.system.overlays.append(laid)
+            for each in CYCLONE_DDS:
+                when = ("implementation", each)
+                laid = Overlay("cyclonedds.xml", {LEASE: lease}, protocol=PROTOCOL, when=when, place=lease.place)
+                self.system.overlays.append(laid)
+        deciding = [each for domain in elements(root) for each in CYCLONE.undecided(domain, "")]
+        self.parts += lay_over_participants(self.system, deciding, CYCLONE_DDS, self)
         return self.finish()
 
     def discovery(self, section: Element) -> Setting | None:

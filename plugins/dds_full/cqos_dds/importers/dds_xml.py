@@ -1,6 +1,7 @@
 """Reads DDS-XML, the XML of the OMG (1.0), RTI Connext, OpenDDS and Cyclone DDS, into profiles and whole systems.
 
-All of them share the libraries and the words of the policies; what one of them adds is passed over and listed.
+All of them share the libraries and the words of the policies; what one of them adds is passed over and listed, but for the routing
+service of RTI Connext, which becomes a bridge.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml
 from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.problems import InputError
+from cqos_core.model.system import Part
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
 from cqos_dds.importers.qos_libraries import QosLibraries
+from cqos_dds.importers.routing_service import RoutingServices
 from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, expand
 
 if TYPE_CHECKING:
@@ -67,12 +70,14 @@ class _File:
         self.reading = reading
         self.qos = QosLibraries(reading)
         self.entities = Entities(reading, self.qos, beside)
+        self.routing = RoutingServices(reading, self.entities)
 
     def read(self, root: Element) -> System:
         """Read all libraries, and then make what they define: names may be used before they are defined."""
         self.define(root)
         self.qos.make()
         self.entities.make()
+        self.routing.make()
         return self.reading.finish()
 
     def define(self, root: Element) -> None:
@@ -91,6 +96,10 @@ class _File:
         read = _READERS.get(local(element))
         if read is None:
             self.reading.pass_over(element, local(element))
+            if local(element) not in _HARMLESS:
+                cause = _SERVICES.get(local(element), "C-QoS does not know what it does")
+                part = Part("section", local(element), cause, self.reading.place(element), 1)
+                self.reading.parts.append(part)
         else:
             read(self, element)
 
@@ -105,5 +114,18 @@ _READERS: Final[dict[str, Callable[[_File, Element], None]]] = {
     ),
     "application_library": lambda file, element: file.entities.application_library(element),
     "types": lambda file, element: file.entities.types(element),
+    "routing_service": lambda file, element: file.routing.services.append(element),
 }
 _LIBRARIES: Final = tuple(kind for kind in _READERS if kind != "types")
+_HARMLESS: Final = frozenset(("adapter_library", "plugin_library", "transformation_library"))
+"""Plug-ins; what uses them is named where it stands."""
+_SERVICES: Final = {
+    "web_integration_service": "what it writes and reads for its clients is not read",
+    "persistence_service": "what it keeps for late readers is not read; state `durability_service_runs`",
+    "recording_service": "what it reads, or replays, is not read",
+    "replay_service": "what it replays is not read",
+    "queuing_service": "its queues are not read",
+    "cloud_discovery_service": "which participants find each other through it is not read",
+    "database_integration_service": "what it writes and reads is not read",
+}
+"""Services that are programs of their own, with the cause in the coverage."""

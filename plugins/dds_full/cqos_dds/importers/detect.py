@@ -14,13 +14,18 @@ _ELEMENT: Final = rb"<(?:[^\s<>/!?:=]++:)?"
 _ROOT: Final = regular_expression(_ELEMENT + rb"(dds|profiles)(?=[\s>/])")
 _LIBRARY: Final = regular_expression(
     _ELEMENT
-    + rb"(?:qos_library|qos_profile|domain_library|(?:domain_)?participant_library|application_library)(?=[\s>/])"
+    + rb"(?:qos_library|qos_profile|domain_library|(?:domain_)?participant_library|application_library|\w{1,40}_service)(?=[\s>/])"
 )
 _FAST: Final = regular_expression(
     _ELEMENT
     + rb"(?:profiles(?=[\s>/])|(?:data_writer|data_reader|publisher|subscriber|participant)\s[^<>]*profile_name)"
 )
 _CYCLONE: Final = regular_expression(_ELEMENT + rb"[Cc][Yy][Cc][Ll][Oo][Nn][Ee][Dd][Dd][Ss](?=[\s>/])")
+_OPENDDS: Final = regular_expression(
+    rb"(?m)^[ \t]*\[(?:rtps_discovery|repository|domain|endpoint|datawriterqos|datareaderqos|transport|transport_template|DomainRange)/"
+    rb"[^\]\n]{1,200}\]|^[ \t]*DCPS\w{1,60}[ \t]*="
+)
+_OPENDDS_NAMES: Final = (".ini", ".conf")
 _TYPES: Final = regular_expression(_ELEMENT + rb"types[\s>/]")
 
 
@@ -55,6 +60,11 @@ def claims_cyclonedds_xml(name: str, head: bytes) -> bool:  # noqa: ARG001 - the
         return False
     text, root = _read(head)
     return _CYCLONE.match(text, root) is not None
+
+
+def claims_opendds_ini(name: str, head: bytes) -> bool:
+    """Say whether this is a configuration of OpenDDS."""
+    return name.lower().endswith(_OPENDDS_NAMES) and b"[" in head and _OPENDDS.search(head) is not None
 
 
 def _read(head: bytes) -> tuple[bytes, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
@@ -14,6 +15,7 @@ from cqos_dds.importers.leases import CONNEXT, LEASE, lease_in
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
 from cqos_dds.importers.xml_values import flag, not_set
+from cqos_dds.requested_policies import TYPE_EXTENSIBILITY
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -46,7 +48,7 @@ _SIDES: Final = (
 
 
 @dataclass(slots=True)
-class _Chain:
+class Chain:
     """An element with those it is based on, what counts least first; each with the name it has in messages.
 
     Attributes:
@@ -71,13 +73,13 @@ class _Chain:
         found = (each.get(name, "").strip() for _, each in reversed(self.links))
         return next(filter(None, found), "")
 
-    def named(self, *tags: str) -> dict[str, _Chain]:
+    def named(self, *tags: str) -> dict[str, Chain]:
         """Return the elements below with these tags, by name; one of the same name extends that of a base."""
-        found: dict[str, _Chain] = {}
+        found: dict[str, Chain] = {}
         for above, element in self.links:
             for number, child in enumerate(children(element, *tags), 1):
                 name = (child.get("name") or "").strip() or f"{local(child)}{number}"
-                found.setdefault(name, _Chain(short=name)).links.append((f"{above}/{name}", child))
+                found.setdefault(name, Chain(short=name)).links.append((f"{above}/{name}", child))
         return found
 
 
@@ -98,6 +100,7 @@ class Entities:
         self.participants: dict[str, Element] = {}
         self.applied: dict[str, Element] = {}
         self.keyed: dict[str, bool] = {}
+        self.extensibility: dict[str, str] = {}
         self.elsewhere: set[str] = set()
 
     # What the file defines
@@ -128,7 +131,7 @@ class Entities:
                 self.reading.problem("CQ012", message, element, "keep one of them")
 
     def types(self, element: Element, scope: str = "") -> None:
-        """Remember of each data type whether it has keys."""
+        """Remember of each data type whether it has keys, and how it may grow if the file states that."""
         for child in elements(element):
             name = f"{scope}{(child.get('name') or '').strip()}"
             if local(child) == "module":
@@ -138,6 +141,8 @@ class Entities:
             elif local(child) == "struct":
                 base = (child.get("baseType") or "").strip()
                 own = any(flag(member.get("key")) for member in children(child, "member"))
+                if stated := (child.get("extensibility") or "").strip():
+                    self.extensibility[name] = stated
                 self.keyed[name] = own or self.keyed.get(base, False) or self.keyed.get(f"{scope}{base}", False)
 
     def defined(self, kind: Literal["domains", "participants"], name: str) -> Element | None:
@@ -148,7 +153,7 @@ class Entities:
             self.reading.files[found.getroottree().getroot()] = file.reading.source.name
         return found
 
-    def definer(self, kind: Literal["domains", "participants", "keyed"], name: str) -> Entities | None:
+    def definer(self, kind: Literal["domains", "participants", "keyed", "extensibility"], name: str) -> Entities | None:
         """Return the file beside this one that defines ``name``; of several the one in the same folder, else None."""
         found = [each for each in self.beside(name.rpartition(SEPARATOR)[2]) if name in getattr(each, kind)]
         near = [each for each in found if _folder(each) == _folder(self)] or found
@@ -177,7 +182,7 @@ class Entities:
             return base
         return f"{name.rpartition(SEPARATOR)[0]}{SEPARATOR}{base}"
 
-    def chain(self, name: str, element: Element, among: Literal["domains", "participants"]) -> _Chain:
+    def chain(self, name: str, element: Element, among: Literal["domains", "participants"]) -> Chain:
         """Follow the bases of a participant or domain."""
         links = [(name, element)]
         trail = [name]
@@ -198,7 +203,7 @@ class Entities:
             trail.append(base)
             links.append((base, found))
             name, element = base, found
-        return _Chain(links[::-1])
+        return Chain(links[::-1])
 
     def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> str:
         """Report a reference to nothing in the file; return the code of the note."""
@@ -224,7 +229,7 @@ class Entities:
         self.reading.note("DDS905", message, element)
         return "DDS905"
 
-    def participant(self, chain: _Chain) -> None:
+    def participant(self, chain: Chain) -> None:
         """Make one participant with its endpoints."""
         owner = Participant(chain.name, place=self.reading.place(chain.own))
         domain, lost = self.domain(chain)
@@ -238,16 +243,16 @@ class Entities:
             owner.settings[LEASE] = lease
         self.reading.system.participants[owner.id] = owner
         around = [link for each in (domain, chain) if each is not None for link in each.links]
-        topics = _Chain(around).named("topic")
-        types = _Chain(around).named(*_REGISTER)
+        topics = Chain(around).named("topic")
+        types = Chain(around).named(*_REGISTER)
         for side in _SIDES:
             for group in (chain, *chain.named(side.group).values()):
                 for endpoint in group.named(side.endpoint).values():
                     self.endpoint(owner, side, group, endpoint, topics, types, known=not lost)
         for _, element in chain.links:
-            self.unread(element)
+            self.unread(element, owner.id)
 
-    def lease(self, chain: _Chain) -> Setting | None:
+    def lease(self, chain: Chain) -> Setting | None:
         """Return the lease that the QoS of a participant states, itself or by its bases; None where none does."""
         for name, element in reversed(chain.links):
             for qos in [each for each in elements(element) if part_of(each) == PARTICIPANT]:
@@ -258,7 +263,7 @@ class Entities:
                     return lease
         return None
 
-    def domain(self, chain: _Chain) -> tuple[_Chain | None, str]:
+    def domain(self, chain: Chain) -> tuple[Chain | None, str]:
         """Return the domain that a participant is in, else the code of the note that it is missing."""
         name = chain.attribute("domain_ref")
         if not name:
@@ -271,7 +276,7 @@ class Entities:
             return None, self.nowhere(chain.own, f"the domain of `{chain.name}`", name, self.domains)
         return self.chain(name, element, "domains"), ""
 
-    def domain_id(self, chain: _Chain, domain: _Chain | None) -> tuple[str, Element]:
+    def domain_id(self, chain: Chain, domain: Chain | None) -> tuple[str, Element]:
         """Return the number of a participant's domain, and where it is stated."""
         for each in (chain, *([domain] if domain is not None else ())):
             for _, element in reversed(each.links):
@@ -281,11 +286,11 @@ class Entities:
                     return number or text_of(inner[0]), inner[0] if not number else element
         return "", chain.own
 
-    def unread(self, participant: Element) -> None:
-        """Remember the unread elements of a participant."""
+    def unread(self, participant: Element, owner: str) -> None:
+        """Remember the unread elements of a participant, whose id is ``owner``."""
         for child in elements(participant):
-            if part_of(child) == "domain_participant_qos":
-                self.profiles.other(child, part_of(child))
+            if part_of(child) == PARTICIPANT:
+                self.profiles.other(child, PARTICIPANT, glob.escape(owner))
             elif local(child) not in _READ_IN_PARTICIPANT:
                 self.reading.pass_over(child, f"domain_participant/{local(child)}")
             for inner in elements(child) if local(child) in {"publisher", "subscriber"} else ():
@@ -299,10 +304,10 @@ class Entities:
         self,
         owner: Participant,
         side: _Side,
-        group: _Chain,
-        endpoint: _Chain,
-        topics: Mapping[str, _Chain],
-        types: Mapping[str, _Chain],
+        group: Chain,
+        endpoint: Chain,
+        topics: Mapping[str, Chain],
+        types: Mapping[str, Chain],
         *,
         known: bool,
     ) -> None:
@@ -324,7 +329,7 @@ class Entities:
             role=side.role,
             topic=name,
             participant=owner.id,
-            settings=settings,
+            settings=settings | self.type_settings(topic, types, endpoint),
             profiles=tuple(refs),
             type=self.topic(name, topic, types),
             external=bool(not_set(name)) or (topic is None and not known),
@@ -333,7 +338,16 @@ class Entities:
         )
         self.reading.system.endpoints.append(made)
 
-    def qos(self, chain: _Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
+    def type_settings(self, topic: Chain | None, types: Mapping[str, Chain], endpoint: Chain) -> Settings:
+        """Return what the definition of the data type of an endpoint says, where a file has it."""
+        name = "" if topic is None else _type_names(topic, types)[1]
+        file = self if name in self.extensibility else self.definer("extensibility", name) if name else None
+        if file is None:
+            return {}
+        stated = Setting(file.extensibility[name], self.reading.place(endpoint.own), derived=True)
+        return {TYPE_EXTENSIBILITY.name: stated}
+
+    def qos(self, chain: Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
         """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""
         stated = [(name, qos) for name, each in chain.links for qos in elements(each) if part_of(qos) == part]
         if not stated and self.profiles.default is not None:
@@ -349,13 +363,11 @@ class Entities:
                 self.profiles.add(Profile(profile.name, profile.settings, (), profile.place))
                 yield ProfileRef(profile.name, profile.place, Scope(part=part))
 
-    def topic(self, name: str, topic: _Chain | None, types: Mapping[str, _Chain]) -> str | None:
+    def topic(self, name: str, topic: Chain | None, types: Mapping[str, Chain]) -> str | None:
         """Remember a topic of the system; return the name of its data type."""
         if topic is None:
             return None
-        registered = topic.attribute("register_type_ref") or topic.attribute("type_name")
-        chain = types.get(registered) or types.get(registered.rpartition(SEPARATOR)[2])
-        type_name = chain.attribute("type_ref") if chain is not None else registered
+        registered, type_name = _type_names(topic, types)
         about = self.reading.system.topics.setdefault(name, Topic(name, place=self.reading.place(topic.own)))
         if type_name not in self.keyed and (file := self.definer("keyed", type_name)) is not None:
             self.keyed[type_name] = file.keyed[type_name]
@@ -363,6 +375,13 @@ class Entities:
         if keyed is not None:
             about.settings.setdefault("keyed", Setting("true" if keyed else "false", about.place))
         return registered or None
+
+
+def _type_names(topic: Chain, types: Mapping[str, Chain]) -> tuple[str, str]:
+    """Return the name under which the data type of a topic is registered, and that of its definition."""
+    registered = topic.attribute("register_type_ref") or topic.attribute("type_name")
+    chain = types.get(registered) or types.get(registered.rpartition(SEPARATOR)[2])
+    return registered, chain.attribute("type_ref") if chain is not None else registered
 
 
 def _folder(file: Entities) -> str:

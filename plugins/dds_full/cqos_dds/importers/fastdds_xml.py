@@ -19,7 +19,7 @@ from cqos_dds.extension_policies import TOPIC_KIND
 from cqos_dds.importers.leases import FAST as FAST_LEASE
 from cqos_dds.importers.leases import ParticipantProfile, lay_leases, lease_in
 from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC, OF_PROFILES
-from cqos_dds.importers.unmodelled import FAST
+from cqos_dds.importers.unmodelled import FAST, FAST_PARTICIPANT, FAST_SECTIONS, lay_over_participants
 from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, flag, not_set
 from cqos_dds.kept_policies import (
     MAX_INSTANCES,
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import Role, System
     from cqos_core.packs import Policy
+    from cqos_core.packs.xml_importer import Undecided
 
 _ROLES: Final[dict[str, tuple[str, Role]]] = {
     "data_writer": ("data_writer", PUBLISHER),
@@ -79,7 +80,7 @@ def read(source: Source, context: ReadContext) -> System:
 class _File(XmlReading):
     """Reads one file."""
 
-    not_deciding = FAST
+    unmodelled = FAST
     whole_paths = True
 
     def read(self, root: Element) -> System:
@@ -90,17 +91,21 @@ class _File(XmlReading):
         self.system.options[PROTOCOL] = {_IMPLEMENTATION: Setting(_FAST_DDS, self.place(root))}
         within = [root, *children(root, "profiles")]
         participants = []
+        deciding: list[Undecided] = []
         for element in (child for above in within for child in elements(above)):
             if local(element) == "participant":
                 self.pass_over(element, "participant")
                 is_default = flag(element.get("is_default_profile"))
                 lease = lease_in(element, FAST_LEASE, self)
                 participants.append(ParticipantProfile(element.get("profile_name") or "", is_default, lease))
+                deciding += FAST_PARTICIPANT.undecided(element, "")
             elif local(element) in _ROLES and element.get("profile_name") is not None:
                 self.profile(element)
             elif local(element) not in {"profiles", "types"}:
                 self.pass_over(element, local(element))
+                deciding += FAST_SECTIONS.undecided(element, local(element))
         lay_leases(participants, (_FAST_DDS,), self)
+        self.parts += lay_over_participants(self.system, deciding, (_FAST_DDS,), self)
         return self.finish()
 
     def profile(self, element: Element) -> None:

@@ -27,6 +27,7 @@ from cqos_dds.importers.policy_forms import (
     SPELLINGS,
     WRITER,
 )
+from cqos_dds.importers.unmodelled import DDS_XML_PARTICIPANT, lay_over_participants
 from cqos_dds.importers.xml_values import flag, not_set
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
@@ -137,9 +138,15 @@ class QosLibraries:
             self.reading.problem("CQ012", message, element, "keep one of them")
         return stated
 
-    def other(self, element: Element, part: str) -> None:
-        """Read what no endpoint takes values from, for what is wrong with it."""
+    def other(self, element: Element, part: str, participant: str = "*") -> None:
+        """Read what no endpoint takes values from, for what is wrong with it, and for what it may decide of participants."""
         self.reading.policies(element, OMG, OTHER_ENTITIES[part], {})
+        if part == PARTICIPANT:
+            found = DDS_XML_PARTICIPANT.undecided(element, "")
+            reading = self.reading
+            reading.parts += lay_over_participants(
+                reading.system, found, ("connext", "standard"), reading, participant=participant
+            )
 
     def lease(self, element: Element, profile: str) -> None:
         """Remember the lease that the QoS of participants in a profile states."""

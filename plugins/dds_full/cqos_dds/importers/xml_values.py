@@ -19,7 +19,7 @@ from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_core.packs.xml_importer import XmlImporter
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
-from cqos_dds.importers.unmodelled import DDS_XML, leave_unknown, undecided
+from cqos_dds.importers.unmodelled import DDS_XML, leave_losses_open, leave_unknown
 from cqos_dds.requested_policies import DATA_REPRESENTATION
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.settings import Settings
     from cqos_core.model.source import ReadContext, Source
-    from cqos_core.model.system import System
+    from cqos_core.model.system import Part, System
     from cqos_core.packs import Policy
 
 PROTOCOL: Final = "dds"
@@ -51,18 +51,20 @@ class XmlReading(XmlImporter):
 
     Attributes:
         files: by their first element the names of other files whose elements are used.
-        not_deciding: paths of elements that no policy models and that change no match and no delivery.
-        whole_paths: these paths begin with the element above the QoS.
+        unmodelled: elements that no policy models, in the QoS of endpoints.
+        whole_paths: its paths begin with the element above the QoS.
+        parts: of the file that are not read and may keep pairs apart.
     """
 
     protocol = PROTOCOL
     codes = {info.code: info for info in CODES}  # noqa: RUF012 - a table
-    not_deciding = DDS_XML
+    unmodelled = DDS_XML
     whole_paths = False
 
     def __init__(self, source: Source, context: ReadContext) -> None:
         super().__init__(source, context)
         self.files: dict[Element, str] = {}
+        self.parts: list[Part] = []
 
     def finish(self) -> System:
         """Return the system, with a note about what is not read.
@@ -70,13 +72,17 @@ class XmlReading(XmlImporter):
         Raises:
             InputError: there were problems.
         """
+        self.parts = [*dict.fromkeys(self.parts)]  # several participants may have one base
+        for part in self.parts:
+            if part.place is not None:
+                self.unread.setdefault(part.name, part.place)
         if self.unread:
             paths = sorted(self.unread)
             more = f" and {len(paths) - _MOST_LISTED} more" if len(paths) > _MOST_LISTED else ""
             paths = paths[:_MOST_LISTED]
             named = ", ".join(map(shown, paths)) + more if more else listed(map(shown, paths), "and")
             first = min(self.unread.values(), key=lambda place: place.line or 0)
-            self.note("DDS901", f"elements that are no policy of the standard: {named}", first)
+            self.note("DDS901", f"elements that are no policy of the standard: {named}", first, unread=self.parts)
         self.notes.sort(key=lambda each: (each.place.line or 0) if each.place is not None else 0)
         return super().finish()
 
@@ -153,9 +159,12 @@ class XmlReading(XmlImporter):
 
     def not_modelled(self, element: Element, path: str, settings: Settings) -> None:
         """Leave unknown what an element that no policy models may decide."""
-        paths = [*undecided(element, path if self.whole_paths else path.partition("/")[2], self.not_deciding)]
-        if paths:
-            leave_unknown(settings, paths, self.place(element))
+        found = [*self.unmodelled.undecided(element, path if self.whole_paths else path.partition("/")[2])]
+        refusing = [inner for inner, _, effect in found if effect == "match"]
+        if refusing:
+            leave_unknown(settings, refusing, self.place(element))
+        elif found:
+            leave_losses_open(settings, self.place(element))
 
     def fields(self, above: Element, form: Mapping[str, Policy], path: str, settings: Settings) -> None:
         """Read the fields of one policy; the text of an element that has no fields is its one field."""

@@ -343,7 +343,7 @@ class TestWhatIsNotModelled:
     @pytest.mark.parametrize(
         "element",
         [
-            "<publish_mode><kind>ASYNCHRONOUS_PUBLISH_MODE_QOS</kind><flow_controller_name>a</flow_controller_name></publish_mode>",
+            "<publish_mode><kind>ASYNCHRONOUS_PUBLISH_MODE_QOS</kind><flow_controller_name>DEFAULT_FLOW_CONTROLLER_NAME</flow_controller_name></publish_mode>",
             "<protocol><rtps_reliable_writer><heartbeat_period><sec>1</sec></heartbeat_period></rtps_reliable_writer></protocol>",
             "<protocol><disable_positive_acks>false</disable_positive_acks><push_on_write>true</push_on_write></protocol>",
             "<publication_name><name>w</name><role_name>r</role_name></publication_name>",
@@ -372,9 +372,45 @@ class TestWhatIsNotModelled:
         for more, verdict in (("", "unknown"), (", extensions: none", "compatible")):
             assert cqos.check(design.format(more).encode(), text.encode()).verdict == verdict
 
-    def test_qos_of_topics_and_participants_decides_no_pair(self):
-        parts = "<topic_qos><no_schema_has_this/></topic_qos><participant_qos><no_schema_has_this/></participant_qos>"
+    def test_qos_of_topics_decides_no_pair(self):
+        parts = "<topic_qos><no_schema_has_this/></topic_qos>"
         assert extensions(reads(dds(library("L", profile("P", writer(RELIABLE), parts)))), "L::P") is None
+
+    @pytest.mark.parametrize(
+        ("qos", "unknown", "parts"),
+        [
+            ("<no_schema_has_this/>", True, ["no_schema_has_this"]),
+            ("<property><value><element><name>a.b</name></element></value></property>", True, ["property/value/a.b"]),
+            (
+                "<discovery><initial_peers><element>a</element></initial_peers></discovery>",
+                False,
+                ["discovery/initial_peers"],
+            ),
+            (
+                "<discovery_config><builtin_discovery_plugins>SDP</builtin_discovery_plugins></discovery_config>",
+                False,
+                [],
+            ),
+            ("<event><thread><priority>1</priority></thread></event>", False, []),
+            ("<discovery_config/><property/>", False, []),
+        ],
+    )
+    def test_qos_of_participants_that_may_keep_them_apart_is_named(self, qos, unknown, parts):
+        inner = f"<participant_qos>{qos}</participant_qos>"
+        system = reads(dds(library("L", profile("P", writer(RELIABLE), inner))))
+        assert (extensions(system, "L::P") is not None) is unknown
+        assert [part.name for note in system.notes for part in note.parts] == parts
+
+    @pytest.mark.parametrize(
+        "element",
+        [
+            "<publish_mode><flow_controller_name>slow</flow_controller_name></publish_mode>",
+            "<protocol><rtps_reliable_writer><max_heartbeat_retries>10</max_heartbeat_retries></rtps_reliable_writer></protocol>",
+            "<history><refilter>ALL_REFILTER</refilter></history>",
+        ],
+    )
+    def test_an_element_that_may_lose_samples_leaves_guarantees_open(self, element):
+        assert extensions(reads(dds(library("L", profile("P", writer(element))))), "L::P") == "may_lose"
 
 
 class TestValues:
@@ -547,13 +583,13 @@ class TestNotes:
                     "P", writer(extra), reader("<unicast/>"), "<participant_qos><wire_protocol/></participant_qos>"
                 ),
             ),
-            "<routing_service/>",
+            "<recording_service/>",
         )
         (note,) = reads(text).notes
         assert (note.code, note.severity) == ("DDS901", "note")
         assert note.message == (
             "elements that are no policy of the standard: `datareader_qos/unicast`, `datawriter_qos/publish_mode`, "
-            "`datawriter_qos/reliability/acknowledgment_kind`, `participant_qos/wire_protocol` and `routing_service`"
+            "`datawriter_qos/reliability/acknowledgment_kind`, `participant_qos/wire_protocol` and `recording_service`"
         )
 
     def test_a_misspelt_policy_is_a_warning(self):

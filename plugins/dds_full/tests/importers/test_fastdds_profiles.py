@@ -228,3 +228,16 @@ def test_an_element_that_changes_no_match_is_listed_only():
     text = profiles(writer("w", qos).replace("</data_writer>", f"{beside}</data_writer>"))
     assert [note.code for note in reads(text).notes] == ["DDS901"]
     assert not values(text)
+
+
+def test_what_participants_leave_open_counts_beside_what_may_lose_samples(tmp_path):
+    filters = (
+        "<discovery_config><ignoreParticipantFlags>FILTER_SAME_PROCESS</ignoreParticipantFlags></discovery_config>"
+    )
+    participant = f"<participant profile_name='p' is_default_profile='true'><rtps><builtin>{filters}</builtin></rtps></participant>"
+    (tmp_path / "f.xml").write_text(f"<profiles>{participant}</profiles>", encoding="utf-8")
+    ends = "{a: {publishes: {T: {extensions: %s}}}, b: {subscribes: {T: {extensions: %s}}}}"
+    for stated, expected in (("may_lose", "unknown"), ("none", "compatible as far as read")):
+        system = f"cqos: 1\nprotocol: dds\nparticipants: {ends % (stated, stated)}\noptions: {{dds: {{implementation: fastdds}}}}\n"
+        (tmp_path / "s.yaml").write_text(system, encoding="utf-8")
+        assert cqos.check(tmp_path / "s.yaml", tmp_path / "f.xml").verdict_words == expected

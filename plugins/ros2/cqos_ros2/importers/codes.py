@@ -231,7 +231,7 @@ CONFIGURED: Final = (
         "fastdds-elements-not-read",
         "note",
         "Fast DDS profiles have elements that ROS 2 has no policy for.",
-        "They are passed over.",
+        "Most of them decide no match. Those that may are named by the coverage: static discovery, discovery servers, initial peers.",
     ),
     CodeInfo(
         "ROS961",
@@ -268,7 +268,7 @@ CONFIGURED: Final = (
         "cyclonedds-part-not-read",
         "note",
         "A configuration of Cyclone DDS has parts that C-QoS does not read.",
-        "C-QoS reads the lease of participants. Interfaces, peers and ports belong to discovery, which no rule judges.",
+        "C-QoS reads the lease of participants. Parts that may keep nodes apart are named by the coverage: tags, peers, ports.",
     ),
 )
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.source_reading import listed, shown
 from cqos_core.importers.xml_source import elements, local, parse_xml, text_of
 from cqos_core.model.settings import Setting
-from cqos_core.model.system import Overlay, Part
+from cqos_core.model.system import Overlay
 from cqos_core.packs.xml_importer import XmlImporter
 from cqos_ros2.importers.codes import CODES
+from cqos_ros2.importers.unmodelled import CYCLONE, lay_over_nodes
 from cqos_ros2.policies import PARTICIPANT_LEASE
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 _DURATION: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(ns|us|ms|s|min|hr|day)", re.IGNORECASE)
 _UNITS: Final = {"hr": "h", "day": "d"}
-_DECIDING: Final = frozenset(("domain/partitioning", "discovery/tag"))
-"""Parts that keep endpoints apart whatever they state; the others are about the network, which no check covers."""
 _ANY: Final = frozenset(("", "any", "*", "default"))
 
 
@@ -60,9 +59,12 @@ class _File(XmlImporter):
             first = min(self.unread.values(), key=lambda place: place.line or 0)
             paths = listed(map(shown, sorted(self.unread)), "and")
             message = f"parts of the configuration of Cyclone DDS that are not read: {paths}"
-            deciding = [each for each in sorted(self.unread) if each.lower() in _DECIDING]
-            parts = [Part("element", each, "it decides who meets whom", self.unread[each], 0) for each in deciding]
-            self.note("ROS965", message, first, unread=parts)
+            deciding = [
+                (path, self.place(element), effect)
+                for domain in elements(root)
+                for path, element, effect in CYCLONE.undecided(domain, "")
+            ]
+            self.note("ROS965", message, first, unread=lay_over_nodes(self.system, deciding, "cyclonedds"))
         return self.finish()
 
     def domain(self, domain: Element) -> tuple[str, Setting | None]:

@@ -16,14 +16,16 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.xml_importer import XmlImporter
+from cqos_ros2.importers.unmodelled import FAST_PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.source import Source
     from cqos_core.model.system import Role
+    from cqos_core.packs.xml_importer import Effect
 
 _ROLES: Final[dict[str, Role]] = {
     "data_writer": PUBLISHER,
@@ -65,8 +67,20 @@ class FastDdsProfile:
     unread: dict[str, Place] = field(default_factory=dict)
 
 
-def read_fastdds_profiles(source: Source) -> tuple[list[FastDdsProfile], Setting | None]:
-    """Read all profiles of data writers and data readers in an XML file, in its order, and the lease of the default participant.
+class ParticipantProfile(NamedTuple):
+    """The default profile of participants; rmw_fastrtps takes no other.
+
+    Attributes:
+        lease: that it states.
+        deciding: paths of elements without a policy that may decide, each with its place and what it may decide.
+    """
+
+    lease: Setting | None = None
+    deciding: Sequence[tuple[str, Place, Effect]] = ()
+
+
+def read_fastdds_profiles(source: Source) -> tuple[list[FastDdsProfile], ParticipantProfile]:
+    """Read all profiles of data writers and data readers in an XML file, in its order, and the default one of participants.
 
     Raises:
         InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses; with every problem found.
@@ -79,9 +93,19 @@ def read_fastdds_profiles(source: Source) -> tuple[list[FastDdsProfile], Setting
     lists = [root] if local(root) == "profiles" else children(root, "profiles")
     every = [each for profiles in lists for each in elements(profiles)]
     found = [reader.profile(each) for each in every if local(each) in _ROLES]
-    leases = [reader.lease(each) for each in every if local(each) == "participant"]
+    defaults = [
+        each
+        for each in every
+        if local(each) == "participant" and (each.get("is_default_profile") or "").strip() in _TRUE
+    ]
+    leases = [lease for each in defaults if (lease := reader.lease(each)) is not None]
+    deciding = [
+        (f"participant/{path}", reader.place(element), effect)
+        for each in defaults
+        for path, element, effect in FAST_PARTICIPANT.undecided(each, "")
+    ]
     reader.finish()
-    return found, next((each for each in leases if each is not None), None)
+    return found, ParticipantProfile(leases[0] if leases else None, deciding)
 
 
 class _Reader(XmlImporter):
@@ -100,9 +124,7 @@ class _Reader(XmlImporter):
         return profile
 
     def lease(self, participant: Element) -> Setting | None:
-        """Return the lease that the default profile of participants states; rmw_fastrtps takes no other."""
-        if (participant.get("is_default_profile") or "").strip() not in _TRUE:
-            return None
+        """Return the lease that a profile of participants states."""
         inner = [participant]
         for tag in ("rtps", "builtin", "discovery_config", "leaseDuration"):
             inner = [child for each in inner for child in children(each, tag)]

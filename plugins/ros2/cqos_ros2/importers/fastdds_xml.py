@@ -17,6 +17,7 @@ from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Role
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, FastDdsProfile, read_fastdds_profiles
+from cqos_ros2.importers.unmodelled import lay_over_nodes
 from cqos_ros2.policies import DEADLINE, PARTICIPANT_LEASE
 from cqos_ros2.types import has_wildcard
 
@@ -50,7 +51,8 @@ _SIDES: Final[dict[Role, dict[str, str]]] = {
 }
 _LEFT_OPEN: Final = ("system_default", "unspecified", "default")
 _PARTITION: Final = "partition"
-# What decides no match, by the start of its path (Fast DDS 2.14, XML profiles and EDP::valid_matching). rmw_fastrtps sets data
+# What decides no match, by the start of its path (Fast DDS 2.14, XML profiles and EDP::valid_matching; but Cyclone DDS drops a reader
+# that expects inline QoS). rmw_fastrtps sets data
 # representation and user data itself; what concerns addresses belongs to discovery, which no rule judges.
 _NO_EFFECT: Final = tuple(
     f"{path}/"
@@ -73,7 +75,6 @@ _NO_EFFECT: Final = tuple(
             "matchedPublishersAllocation",
         ),
         *(
-            "expectsInlineQos",
             "throughputController",
             "unicastLocatorList",
             "multicastLocatorList",
@@ -97,8 +98,9 @@ class _Profiles(RosFile):
 
     def run(self) -> None:
         """Make an overlay of every profile that is looked up."""
-        found, lease = read_fastdds_profiles(self.source)
-        if lease is not None:
+        found, participant = read_fastdds_profiles(self.source)
+        parts = lay_over_nodes(self.system, participant.deciding, "fastdds")
+        if (lease := participant.lease) is not None:
             setting = lease if lease.unknown else Setting(_shown(lease.text), lease.place, derived=True)
             name = "Fast DDS default profile of participants"
             laid = Overlay(name, {PARTICIPANT_LEASE.name: setting}, protocol="ros2", when=_ONLY_WITH, place=lease.place)
@@ -125,10 +127,11 @@ class _Profiles(RosFile):
         unread = {path: place for profile in reversed(found) for path, place in profile.unread.items()}
         if limited := next(filter(None, limits), None):
             unread["topic/resourceLimitsQos"] = limited
+        unread |= {path: place for path, place, _ in participant.deciding}
         if unread:
             paths = sorted(unread)
             message = f"elements that ROS 2 has no policy for: {listed(map(shown, paths), 'and')}"
-            self.note("ROS960", message, min(unread.values(), key=lambda place: place.line or 0))
+            self.note("ROS960", message, min(unread.values(), key=lambda place: place.line or 0), unread=parts)
 
 
 def _topic(profile: FastDdsProfile) -> str:

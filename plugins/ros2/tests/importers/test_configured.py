@@ -227,3 +227,43 @@ def test_names_that_a_launch_file_fills_in_are_not_checked(name):
     service = f"- {{service_name: '{name}', ros_type_name: a/B}}\n"
     system = read("gz_bridge", entry + service)
     assert (system.endpoints, [note.code for note in system.notes]) == ([], ["ROS943", "ROS943"])
+
+
+FAST_PARTICIPANT = (
+    "<profiles><participant profile_name='p' {}><rtps><builtin>{}</builtin></rtps></participant></profiles>"
+)
+DEFAULT = "is_default_profile='true'"
+PEERS = "<initialPeersList><locator/></initialPeersList>"
+FILTERS = "<discovery_config><ignoreParticipantFlags>FILTER_SAME_PROCESS</ignoreParticipantFlags></discovery_config>"
+
+
+@pytest.mark.parametrize(
+    ("attribute", "inner", "unknown", "parts"),
+    [
+        (DEFAULT, PEERS, False, ["participant/rtps/builtin/initialPeersList"]),
+        (DEFAULT, FILTERS, True, ["participant/rtps/builtin/discovery_config/ignoreParticipantFlags"]),
+        (DEFAULT, FILTERS.replace("FILTER_SAME_PROCESS", "NO_FILTER"), False, []),
+        (DEFAULT, "<avoid_builtin_multicast>true</avoid_builtin_multicast>", False, []),
+        ("", FILTERS, False, []),  # which rmw_fastrtps never takes
+    ],
+)
+def test_elements_of_the_default_participant_that_may_decide_are_named(attribute, inner, unknown, parts):
+    system = read("fastdds", FAST_PARTICIPANT.format(attribute, inner))
+    assert bool([each for each in system.overlays if "partition" in each.settings]) is unknown
+    assert [part.name for note in system.notes for part in note.parts] == parts
+
+
+@pytest.mark.parametrize(
+    ("inner", "unknown", "parts"),
+    [
+        ("<Discovery><Tag>a</Tag></Discovery>", True, ["Discovery/Tag"]),
+        ("<Discovery><Peers><Peer Address='a'/></Peers></Discovery>", False, ["Discovery/Peers"]),
+        ("<General><Interfaces/></General>", False, []),
+        ("<General><AllowMulticast>true</AllowMulticast></General>", False, []),
+        ("<General><NobodyHasThis>1</NobodyHasThis></General>", True, ["General/NobodyHasThis"]),
+    ],
+)
+def test_parts_of_cyclone_dds_that_may_decide_are_named(inner, unknown, parts):
+    system = read("cyclonedds", f"<CycloneDDS><Domain>{inner}</Domain></CycloneDDS>")
+    assert bool([each for each in system.overlays if "partition" in each.settings]) is unknown
+    assert [part.name for note in system.notes for part in note.parts] == parts

@@ -1,0 +1,126 @@
+"""Configurations of RTI Routing Service as bridges, and what of them is named as not read."""
+
+import pytest
+
+from cqos_core import check
+
+SYSTEM = b"""cqos: 1
+protocol: dds
+options: {dds: {implementation: connext}}
+participants:
+  a: {domain: 0, publishes: {Cmd: {reliability: reliable}}}
+  b: {domain: 1, subscribes: {Cmd: {reliability: %s}}}
+"""
+BEST_EFFORT = "<reliability><kind>BEST_EFFORT_RELIABILITY_QOS</kind></reliability>"
+RELIABLE = "<reliability><kind>RELIABLE_RELIABILITY_QOS</kind></reliability>"
+TOPIC = "<topic_name>Cmd</topic_name><registered_type_name>S</registered_type_name>"
+
+
+def service(routes, name="R", within="", tags=('participant name="1"', 'participant name="2"')):
+    first, second = (f"<{tag}><domain_id>{number}</domain_id></{tag.split()[0]}>" for number, tag in enumerate(tags))
+    session = f'<session name="S">{routes}</session>'
+    return f'<routing_service name="{name}">{within}<domain_route name="D">{first}{second}{session}</domain_route></routing_service>'
+
+
+def topic_route(reads=RELIABLE, writes=RELIABLE, inner=""):
+    start = f'<input participant="1">{TOPIC}{inner}<datareader_qos>{reads}</datareader_qos></input>'
+    end = f"<output>{TOPIC}<datawriter_qos>{writes}</datawriter_qos></output>"
+    return f'<topic_route name="T">{start}{end}</topic_route>'
+
+
+def automatic(allow="*", deny="rti/*", second="*"):
+    filters = "<allow_topic_name_filter>{}</allow_topic_name_filter><deny_topic_name_filter>{}</deny_topic_name_filter>"
+    start = f'<input participant="1">{filters.format(allow, deny)}<datareader_qos>{RELIABLE}</datareader_qos></input>'
+    end = f'<output participant="2">{filters.format(second, deny)}<datawriter_qos>{RELIABLE}</datawriter_qos></output>'
+    return f"<auto_topic_route>{start}{end}</auto_topic_route>"
+
+
+def report(tmp_path, xml, reliability=b"reliable"):
+    (tmp_path / "s.yaml").write_bytes(SYSTEM % reliability)
+    (tmp_path / "rs.xml").write_text(f"<dds>{xml}</dds>", encoding="utf-8")
+    return check(tmp_path / "s.yaml", tmp_path / "rs.xml")
+
+
+def outcome(found):
+    return found.verdict_words, [each.code for each in found.findings if each.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("routes", "reliability", "expected"),
+    [
+        (topic_route(), b"reliable", ("compatible", [])),
+        (topic_route(BEST_EFFORT, BEST_EFFORT), b"reliable", ("incompatible", ["DDS101"])),
+        (topic_route(BEST_EFFORT, BEST_EFFORT), b"best_effort", ("compatible", [])),
+        (automatic(), b"reliable", ("compatible", [])),
+        (automatic("C*"), b"reliable", ("compatible", [])),
+        (automatic("X,Cm?", second="C*"), b"reliable", ("compatible", [])),
+    ],
+)
+def test_a_route_is_a_bridge_between_domains(tmp_path, routes, reliability, expected):
+    assert outcome(report(tmp_path, service(routes), reliability)) == expected
+
+
+@pytest.mark.parametrize("routes", [automatic("X*"), automatic(deny="C*"), automatic("X", second="Y"), ""])
+def test_a_topic_that_no_route_carries_never_meets(tmp_path, routes):
+    found = report(tmp_path, service(routes))
+    assert found.verdict_words == "unknown"
+    assert "DDS401" in [each.code for each in found.findings]
+
+
+def test_old_names_of_participants_and_routes_that_are_off(tmp_path):
+    old = service(topic_route(), tags=("participant_1", "participant_2"))
+    assert outcome(report(tmp_path, old)) == ("compatible", [])
+    off = service(topic_route().replace('name="T"', 'name="T" enabled="false"'))
+    assert report(tmp_path, off).verdict_words == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("xml", "parts"),
+    [
+        (service(automatic("C*", second="*d")), ["routing_service/auto_topic_route"]),
+        (service(topic_route() + "<no_schema_has_this/>"), ["routing_service/no_schema_has_this"]),
+        (service(topic_route(inner="<no_schema_has_this/>")), ["routing_service/no_schema_has_this"]),
+        (
+            service(topic_route().replace("<input", "<no_schema_has_this/><input")),
+            ["routing_service/no_schema_has_this"],
+        ),
+        (
+            service(
+                automatic().replace(
+                    "<datareader",
+                    "<allow_registered_type_name_filter>S*</allow_registered_type_name_filter><datareader",
+                )
+            ),
+            ["routing_service/allow_registered_type_name_filter"],
+        ),
+        (service(topic_route(), within="<administration><domain_id>3</domain_id></administration>"), []),
+        (service(topic_route()) + '<web_integration_service name="W"/>', ["web_integration_service"]),
+        (service(topic_route()) + '<persistence_service name="W"/>', ["persistence_service"]),
+        (service(topic_route()) + "<plugin_library/>", []),
+        (service(topic_route()) + service(topic_route(), "Q"), ["R", "Q"]),
+    ],
+)
+def test_what_is_not_read_is_named(tmp_path, xml, parts):
+    found = report(tmp_path, xml)
+    assert [each.name for each in found.coverage.unread] == parts
+    assert (found.verdict_words == "compatible") is not bool(parts)
+
+
+def test_a_processor_leaves_readers_and_writers_and_no_way_between_them(tmp_path):
+    routes = topic_route().replace("<input", '<processor plugin_name="P::X"/><input')
+    found = report(tmp_path, service(routes))
+    assert [each.name for each in found.coverage.unread] == ["routing_service/processor"]
+    assert found.verdict_words == "compatible as far as read"  # the reader of the route and a, its writer and b
+
+
+def test_a_content_filter_may_lose_samples(tmp_path):
+    routes = topic_route(inner="<content_filter><expression>x = 1</expression></content_filter>")
+    found = report(tmp_path, service(routes))
+    assert outcome(found) == ("compatible", [])
+    (tmp_path / "s.yaml").write_bytes(SYSTEM.replace(b"%s}", b"reliable, needs: {latest: true}}"))
+    assert "DDS566" in [each.code for each in check(tmp_path / "s.yaml", tmp_path / "rs.xml").findings]
+
+
+def test_several_services_in_one_file_are_a_warning(tmp_path):
+    found = report(tmp_path, service(topic_route()) + service(topic_route(), "Q"))
+    assert "DDS908" in [each.code for each in found.findings]
