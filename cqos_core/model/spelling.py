@@ -217,7 +217,7 @@ def stubs_of(name: str) -> set[str]:
 
 def _mistyped(one: str, other: str) -> int:
     """How many letters are wrong, where that is a typing error; else 0."""
-    if _WORD.sub("*", one) != _WORD.sub("*", other):
+    if _WORD.split(one) != _WORD.split(other):
         return 0
     words = [pair for pair in zip(_WORD.findall(one), _WORD.findall(other), strict=True) if pair[0] != pair[1]]
     if len(words) != 1:
