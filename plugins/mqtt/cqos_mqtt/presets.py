@@ -77,6 +77,22 @@ BROKERS: Final = {
         maximum_packet_size="131072",
         persistence="true",
     ),
+    "rabbitmq_3_10": a_broker(
+        "RabbitMQ 3.10 with its MQTT plugin and without configuration (seen by running 3.10.8; its in-flight limit is `mqtt.prefetch`; sessions of "
+        "3.1.1 end after `mqtt.subscription_ttl`; what was retained in the last 2 s does not survive a crash). From 3.13 on it also speaks 5.0.",
+        implementation="rabbitmq",
+        newest_version="3.1.1",
+        granted_qos="1",
+        retained_by_name_only="true",
+        dots_separate="true",
+        shared_subscription_available="false",
+        session_expiry_3_1_1="1d",
+        max_queued_messages="unlimited",
+        max_inflight_messages="10",
+        queue_qos0_messages="false",
+        persistence="true",
+        autosave_interval="2s",
+    ),
     "zenoh": a_broker(
         "The MQTT plug-in of Zenoh, which grants QoS 0 to everybody (zenoh-plugin-mqtt, README).",
         "zenoh_mqtt",

@@ -198,6 +198,7 @@ def _of_the_topic(endpoint: Known) -> dict[str, Setting]:
         facts = {"shared": topic.startswith(SHARE), "wildcards": has_wildcards(bare(topic))}
     else:
         facts = {"reserved_topic": _is_reserved(topic) and endpoint.kind != BY_BROKER}
+    facts["dotted"] = "." in topic or "*" in topic
     return {name: _TRUE for name, holds in facts.items() if holds}
 
 

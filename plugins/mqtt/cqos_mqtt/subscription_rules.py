@@ -8,6 +8,7 @@ from cqos_core.packs import (
     all_equal,
     any_of,
     as_condition,
+    broker,
     call,
     count,
     forbids,
@@ -19,12 +20,14 @@ from cqos_core.packs import (
     subscriber,
     topic,
 )
+from cqos_mqtt.broker_policies import DOTS_SEPARATE
 from cqos_mqtt.conditions import in_3_1_1
 from cqos_mqtt.connection_policies import (
     SESSION,
 )
 from cqos_mqtt.endpoint_policies import (
     CONTROLLED,
+    DOTTED,
     MAY_PUBLISH,
     NEEDS_RETAIN_FLAG,
     NO_LOCAL,
@@ -135,6 +138,17 @@ FILTERS: Final = (
         because="messages that are forwarded come without their RETAIN flag, unless the subscription asks for it as published",
         clause="MQTT 3.1.1, MQTT-3.3.1-9; MQTT 5.0, MQTT-3.3.1-12 and MQTT-3.3.1-13",
         fixes=("retain_as_published",),
+    ),
+    forbids(
+        as_condition(DOTTED) & broker(DOTS_SEPARATE),
+        code="MQTT624",
+        name="dot-becomes-slash",
+        says="{endpoint} has a dot or a star in its topic, and the broker changes it",
+        because="the broker takes a dot for a slash and a star for a plus sign, so the topic arrives under another name and meets filters that "
+        "MQTT does not match with it",
+        clause="RabbitMQ, MQTT plugin, topic level separator; RabbitMQ 3.10.8, by running it",
+        severity="warning",
+        help="name topics without `.` and `*`",
     ),
     requires(
         ~offered(RESERVED),
