@@ -172,14 +172,6 @@ WILDCARDS: Final = Policy(
     roles=SUBSCRIPTION,
     derived=True,
 )
-DOTTED: Final = Policy(
-    "dotted",
-    Flag(),
-    "false",
-    "Whether the name or filter has a dot or a star, which some brokers change; derived from it.",
-    "RabbitMQ 3.10.8, by running it",
-    derived=True,
-)
 OVERLAPPING: Final = Policy(
     "overlapping",
     Flag(),

@@ -80,6 +80,7 @@ BROKERS: Final = {
     "rabbitmq_3_10": a_broker(
         "RabbitMQ 3.10 with its MQTT plugin and without configuration (seen by running 3.10.8; its in-flight limit is `mqtt.prefetch`; sessions of "
         "3.1.1 end after `mqtt.subscription_ttl`; what was retained in the last 2 s does not survive a crash). From 3.13 on it also speaks 5.0.",
+        fixed=True,
         implementation="rabbitmq",
         newest_version="3.1.1",
         granted_qos="1",

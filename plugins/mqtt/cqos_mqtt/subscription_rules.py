@@ -8,26 +8,22 @@ from cqos_core.packs import (
     all_equal,
     any_of,
     as_condition,
-    broker,
     call,
     count,
     forbids,
     matched_if,
     offered,
+    participant,
     publisher,
     requested,
     requires,
     subscriber,
     topic,
 )
-from cqos_mqtt.broker_policies import DOTS_SEPARATE
 from cqos_mqtt.conditions import in_3_1_1
-from cqos_mqtt.connection_policies import (
-    SESSION,
-)
+from cqos_mqtt.connection_policies import DOTTED, SESSION
 from cqos_mqtt.endpoint_policies import (
     CONTROLLED,
-    DOTTED,
     MAY_PUBLISH,
     NEEDS_RETAIN_FLAG,
     NO_LOCAL,
@@ -140,10 +136,10 @@ FILTERS: Final = (
         fixes=("retain_as_published",),
     ),
     forbids(
-        as_condition(DOTTED) & broker(DOTS_SEPARATE),
+        as_condition(participant(DOTTED)),
         code="MQTT624",
         name="dot-becomes-slash",
-        says="{endpoint} has a dot or a star in its topic, and the broker changes it",
+        says="the client of {endpoint} has a dot or a star in a topic, and the broker changes it",
         because="the broker takes a dot for a slash and a star for a plus sign, so the topic arrives under another name and meets filters that "
         "MQTT does not match with it",
         clause="RabbitMQ, MQTT plugin, topic level separator; RabbitMQ 3.10.8, by running it",
