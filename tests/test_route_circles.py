@@ -82,17 +82,14 @@ def test_one_direction_is_no_loop():
     assert loops(*[[route((town, "*"), (after, "*"))] for town, after in ("12", "13", "23")]) == []
 
 
-names = st.tuples(st.sampled_from(TOWNS), st.sampled_from(TOPICS))
-
-
 @st.composite
 def routes(draw):
     """A route between two different towns; names with a part that goes over keep it."""
     here, there = draw(st.permutations(TOWNS))[:2]
     source = draw(st.sampled_from(TOPICS))
     target = draw(st.sampled_from([each for each in TOPICS if ("*" in each) == ("*" in source)]))
-    given_ = draw(st.sampled_from(EXPRESSIONS)), draw(st.sampled_from(((), (), (".*/.*/.*",))))
-    return route((here, source), (there, target), *(given_ if "*" in source else ((), ())))
+    gates = draw(st.sampled_from(EXPRESSIONS)), draw(st.sampled_from(((), (), (".*/.*/.*",))))
+    return route((here, source), (there, target), *(gates if "*" in source else ((), ())))
 
 
 def after(name, one):

@@ -122,7 +122,7 @@ def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequen
             here["brings_back"] = Setting(json.dumps(list(back)), next(iter(back.values())), derived=True)
     for line in lines:
         about = UNDECIDED_OF_BRIDGES.get(line.name)
-        several = line.name not in {"address", "addresses"} or len(line.value.split()) > 1
+        several = line.name != "addresses" or len(line.value.split()) > 1
         if about and several and _word(line) not in about.harmless:
             message = f"`{line.name} {line.value}` {about.effect}, which is not modelled"
             reading.note("MQTT948", message, line.place)

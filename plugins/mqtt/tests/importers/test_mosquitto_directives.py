@@ -209,7 +209,6 @@ def report(tmp_path, *lines):
 
 
 ACCESS = "acl_file acl"
-WORDS = {"per_listener_settings": "true", "memory_limit": "1000", "max_inflight_bytes": "1000"}
 
 
 @pytest.mark.parametrize("name", UNDECIDED)
