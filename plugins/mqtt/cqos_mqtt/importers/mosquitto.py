@@ -20,7 +20,7 @@ from cqos_core.packs.foreign import FileReading
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.dynamic_security import PLUGIN, UnclearAccessError, access_of
-from cqos_mqtt.importers.editing import DIRECTIVES
+from cqos_mqtt.importers.editing import DIRECTIVES, LEAST_KEEP_ALIVE
 from cqos_mqtt.importers.mosquitto_bridge import FLAGS, OF_CONNECTIONS, add_bridge
 from cqos_mqtt.importers.mosquitto_directives import CANNOT_MATTER, UNDECIDED
 from cqos_mqtt.kinds import LONGEST
@@ -345,7 +345,7 @@ def _flag(text: str) -> str:
 
 def _keep_alive(text: str) -> str:
     """Read seconds; 0 sets no limit, which Mosquitto takes since 2.0.13."""
-    return "infinite" if text == "0" else _number(10, 65_535)(text)
+    return "infinite" if text == "0" else _number(LEAST_KEEP_ALIVE, 65_535)(text)
 
 
 def _period(text: str) -> str:

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check
+from cqos_core.model.settings import Place
 from cqos_mqtt.importers import mosquitto
+from cqos_mqtt.importers.editing import state_directives
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, TAKEN
 from cqos_mqtt.importers.mosquitto_directives import CANNOT_MATTER, UNDECIDED, UNDECIDED_OF_BRIDGES
 
@@ -253,3 +255,10 @@ def test_what_a_bridge_then_carries_is_not_known(tmp_path, name):
 
 def test_a_plugin_is_not_read(tmp_path):
     assert report(tmp_path, "plugin /usr/lib/other.so").verdict_words == "compatible as far as read"
+
+
+@pytest.mark.parametrize(("limit", "written"), [("9s", None), ("10s", "max_keepalive 10\n")])
+def test_no_fix_writes_a_keep_alive_that_mosquitto_refuses(limit, written):
+    text = "max_keepalive 60\n"
+    made = state_directives(text, Place("m.conf", 1, 1), {"server_keep_alive": limit})
+    assert (made and f"{text[: made.start]}{made.text}{text[made.end :]}") == written
