@@ -16,6 +16,7 @@ PACKAGES = (
     ("g++", "g++", "no pair runs on Fast DDS"),
     ("fastdds/config.hpp|fastrtps/config.h", "libfastrtps-dev", "no pair runs on Fast DDS"),
     ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
+    ("rabbitmqctl", "rabbitmq-server", "the MQTT pack is not compared with RabbitMQ"),
     ("spin", "spin", "SPIN gives no second opinion on MQTT"),
     ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
     ("ip", "iproute2", "the traffic of Cyclone DDS is not measured"),

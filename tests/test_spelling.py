@@ -97,3 +97,8 @@ def test_in_a_long_word_a_letter_may_have_moved():
     assert typing_errors(["/ignd_box"], ["/ding_box"]) == {}
     assert typing_errors(["/diagnotisc"], ["/diagnostics"]) == {"/diagnotisc": ["/diagnostics"]}
     assert typing_errors(["/image_wra"], ["/image_raw", "/image_war"]) == {"/image_wra": ["/image_war", "/image_raw"]}
+
+
+def test_a_star_in_a_name_is_no_word():
+    assert typing_errors(["a/b"], ["a/*"]) == {}
+    assert typing_errors(["*/state"], ["*/stat"]) == {"*/state": ["*/stat"]}

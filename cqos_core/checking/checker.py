@@ -484,7 +484,7 @@ def _over_topics(pipeline: Pipeline) -> Iterator[Finding]:
     if system.bridges:
         from cqos_core.behaviour.paths.bridge_findings import bridge_findings
 
-        yield from bridge_findings(system, pipeline.hops, pipeline.topics)
+        yield from bridge_findings(pipeline)
     if system.chains:
         from cqos_core.behaviour.paths.chain_findings import chain_findings
 

@@ -10,7 +10,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Sequence
 
     from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge
@@ -84,6 +84,26 @@ class PeerIndex:
         beside.remove(copy)
         copy.profile = profile
         beside.add(copy)
+
+
+class FollowingHops:
+    """Which hops follow a hop; those that match the same subscriptions share the answer."""
+
+    def __init__(self, hops: Sequence[Hop], meeting: PeerIndex) -> None:
+        """Take the hops in the order in which circles are looked for."""
+        self.hops = hops
+        self._meeting = meeting
+        self._by_source = {hop.source.id: hop for hop in hops}
+        self._shared: dict[tuple[object, ...], list[Hop]] = {}
+
+    def __call__(self, hop: Hop) -> Iterator[Hop]:
+        """Yield the hops over other bridges that take what a hop publishes."""
+        alike = self._meeting.match_key(hop.target)
+        found = self._shared.get(alike)
+        if found is None:
+            matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))
+            found = self._shared[alike] = [each for each in matched if each is not None]
+        return (each for each in found if each.bridge is not hop.bridge)
 
 
 def _in_order(copy: Resolved, other: Resolved) -> tuple[Resolved, Resolved]:

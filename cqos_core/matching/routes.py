@@ -48,6 +48,7 @@ def expanded(
     find_pack: Callable[[str], RulePack | None],
     default: str | None,
     most: int,
+    named: Sequence[tuple[Bridge, Route, str]] = (),
 ) -> tuple[System, list[Link]]:
     """Return a system with the endpoints of its bridges, and their links; without bridges the system itself.
 
@@ -56,6 +57,7 @@ def expanded(
         find_pack: rule packs by id.
         default: protocol of participants that state none.
         most: endpoints that there may be afterwards; bridges of a larger system may add none.
+        named: names that routes carry, whoever is there.
 
     Raises:
         PatternError: a route names topics by an expression that cannot be read.
@@ -74,6 +76,8 @@ def expanded(
             else:
                 topic = route.source.topic or ""
                 growing.add(bridge, route, topic, route.target.topic or topic)
+    for bridge, route, name in named:
+        growing.add(bridge, route, name, _through(route, name))
     if not patterns:
         return growing.whole, growing.links
     patterns.sort(key=lambda each: each[0].id)

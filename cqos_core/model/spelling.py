@@ -173,7 +173,7 @@ def stubs_of(name: str) -> set[str]:
 
 def _mistyped(one: str, other: str) -> int:
     """Return the number of wrong letters of a typing error; 0 if it is none."""
-    if _WORD.sub("*", one) != _WORD.sub("*", other):
+    if _WORD.split(one) != _WORD.split(other):
         return 0
     words = [pair for pair in zip(_WORD.findall(one), _WORD.findall(other), strict=True) if pair[0] != pair[1]]
     if len(words) != 1:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
-from cqos_core.matching.hops import Hop, PeerIndex, Topics
+from cqos_core.matching.hops import FollowingHops, Hop, PeerIndex, Topics
 from cqos_core.matching.pair_guarantees import PairGuarantee, guarantees_of
+from cqos_core.matching.route_circles import closed_circles
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Finding, Severity, Side, plural
 from cqos_core.model.grouping import grouped
@@ -17,13 +18,17 @@ from cqos_core.model.spelling import KnownNames
 from cqos_core.model.suggestions import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 
+if TYPE_CHECKING:
+    from cqos_core.matching.pipeline import Pipeline
 
-def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
+
+def bridge_findings(pipeline: Pipeline) -> list[Finding]:
     """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
+    system, hops, by_topic = pipeline.system, pipeline.hops, pipeline.topics
     meeting = PeerIndex(by_topic)
     return [
         *_without_effect(system, hops),
-        *_loops(hops, meeting),
+        *_loops(pipeline, meeting),
         *_weaker(hops, meeting),
         *_into_one(hops, meeting),
         *_repeated(hops, by_topic),
@@ -48,48 +53,47 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
                 yield core_finding("CQ502", message, place=route.place)
 
 
-def _loops(hops: Sequence[Hop], meeting: PeerIndex) -> list[Finding]:
-    """Report circles; a bridge does not take back what it published itself, so one needs two bridges."""
+def _loops(pipeline: Pipeline, meeting: PeerIndex) -> list[Finding]:
+    """Report circles: of routes with patterns, whatever is published; then of topics that no such circle has.
+
+    A bridge does not take back what it published itself, so a circle needs two.
+    """
     findings: list[Finding] = []
-    for circle in _circles(_Following(hops, meeting)):
-        start = min(circle, key=hops.index)
+    known: set[frozenset[str]] = set()
+    for found, hops in closed_circles(pipeline.stated, pipeline.where, _MOST_LOOPS + 1):
+        bridges = frozenset(bridge.id for bridge, _ in found.routes)
+        if bridges not in known:
+            known.add(bridges)
+            names = f"{found.names}"
+            findings.append(_loop(hops, len(findings), names if names != found.example else "", members=False))
+    for circle in _circles(FollowingHops(pipeline.hops, meeting)):
+        start = min(circle, key=pipeline.hops.index)
         at = circle.index(start)
-        circle = [*circle[at:], *circle[:at]]  # noqa: PLW2901 - the same one, from its first hop
-        named = circle if len(circle) <= _MOST_LISTED else [*circle[:_MOST_LISTED]]
-        path = "".join(f"`{hop.source.shown}` → {hop.bridge.id} → " for hop in named)
-        if len(named) < len(circle):
-            path += f"… {len(circle) - len(named)} more hops … → "
-        message = f"what is published on `{start.source.shown}` comes back over bridges: {path}`{start.source.shown}`"
-        if len(findings) == _MOST_LOOPS:
-            message = f"there are more loops than the {_MOST_LOOPS} that are listed, for instance: {message}"
-        members = [end.id for hop in circle for end in (hop.source, hop.target)]
-        findings.append(core_finding("CQ503", message, place=start.bridge.place, members=sorted(members)))
-    return findings
+        if frozenset(hop.bridge.id for hop in circle) not in known:
+            findings.append(_loop([*circle[at:], *circle[:at]], len(findings)))
+    return findings[: _MOST_LOOPS + 1]
+
+
+def _loop(circle: Sequence[Hop], number: int, pattern: str = "", *, members: bool = True) -> Finding:
+    """Report a circle from its first hop; of a pattern the circle shows one name."""
+    start = circle[0]
+    named = circle[:_MOST_LISTED]
+    path = "".join(f"`{hop.source.shown}` → {hop.bridge.id} → " for hop in named)
+    if len(named) < len(circle):
+        path += f"… {len(circle) - len(named)} more hops … → "
+    what = f"`{pattern}`, such as `{start.source.shown}`," if pattern else f"`{start.source.shown}`"
+    message = f"what is published on {what} comes back over bridges: {path}`{start.source.shown}`"
+    if number == _MOST_LOOPS:
+        message = f"there are more loops than the {_MOST_LOOPS} that are listed, for instance: {message}"
+    ends = [end.id for hop in circle for end in (hop.source, hop.target)] if members else []
+    return core_finding("CQ503", message, place=start.bridge.place, members=sorted(ends))
 
 
 _MOST_LOOPS: Final = 25
 _MOST_LISTED: Final = 25
 
 
-class _Following:
-    """Which hops follow a hop; those that match the same subscriptions share the answer."""
-
-    def __init__(self, hops: Sequence[Hop], meeting: PeerIndex) -> None:
-        self.hops = hops
-        self._meeting = meeting
-        self._by_source = {hop.source.id: hop for hop in hops}
-        self._shared: dict[tuple[object, ...], list[Hop]] = {}
-
-    def __call__(self, hop: Hop) -> Iterator[Hop]:
-        alike = self._meeting.match_key(hop.target)
-        found = self._shared.get(alike)
-        if found is None:
-            matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))
-            found = self._shared[alike] = [each for each in matched if each is not None]
-        return (each for each in found if each.bridge is not hop.bridge)
-
-
-def _circles(after: _Following) -> Iterator[list[Hop]]:
+def _circles(after: FollowingHops) -> Iterator[list[Hop]]:
     """Yield a shortest circle for every hop that leads back to one before it; at most one more than are listed."""
     found = 0
     covered: set[Hop] = set()
@@ -117,7 +121,7 @@ def _circles(after: _Following) -> Iterator[list[Hop]]:
                 way[hop] = after(hop)
 
 
-def _circle(start: Hop, after: _Following) -> list[Hop]:
+def _circle(start: Hop, after: FollowingHops) -> list[Hop]:
     """The shortest way from a hop that is on a circle back to itself."""
     before: dict[Hop, Hop] = {}
     waiting = deque([start])

@@ -14,7 +14,7 @@ NO_LIMIT: Final = {"no_limit": "unlimited"}
 """What 0 stands for in a limit of Mosquitto."""
 IMPLEMENTATION: Final = Policy(
     "implementation",
-    Choice("mosquitto", "hivemq_ce", "emqx", "aws_iot_core", "zenoh", "other", ordered=False),
+    Choice("mosquitto", "hivemq_ce", "emqx", "aws_iot_core", "rabbitmq", "zenoh", "other", ordered=False),
     None,
     "Which software it is; `cqos explain` says what of a pair was seen on that.",
     level="broker",
@@ -47,6 +47,24 @@ RETAIN_AVAILABLE: Final = Policy(
     "MQTT 5.0, 3.2.2.3.5",
     level="broker",
     stronger="higher",
+)
+RETAINED_BY_NAME_ONLY: Final = Policy(
+    "retained_by_name_only",
+    Flag(),
+    "false",
+    "Whether a new subscription gets retained messages only if its filter has no wildcards.",
+    "RabbitMQ 3.10.8, by running it",
+    level="broker",
+    stronger="lower",
+)
+DOTS_SEPARATE: Final = Policy(
+    "dots_separate",
+    Flag(),
+    "false",
+    "Whether it takes a dot in a name for a slash, and a star for a plus sign.",
+    "RabbitMQ 3.10.8, by running it",
+    level="broker",
+    stronger="lower",
 )
 WILDCARD_AVAILABLE: Final = Policy(
     "wildcard_subscription_available",

@@ -201,6 +201,15 @@ SAME_ID: Final = Policy(
     level="participant",
     derived=Derived(),
 )
+DOTTED: Final = Policy(
+    "dotted",
+    Flag(),
+    "false",
+    "Whether a topic of the client has a dot or a star and its broker changes these; derived from its topics.",
+    "RabbitMQ 3.10.8, by running it",
+    level="participant",
+    derived=Derived(),
+)
 SESSION: Final = Policy(
     "session",
     Text(),

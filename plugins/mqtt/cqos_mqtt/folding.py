@@ -18,15 +18,16 @@ _PLAIN: Final = re.compile(r"[^$+#\0\x80-\U0010ffff][^+#\0\x80-\U0010ffff]{0,999
 
 
 def reads(written: str) -> str:
-    """Return what the pack reads of a name or filter: its bytes, and whether it is valid, shared, reserved, or has wildcards."""
+    """Return what the pack reads of a name or filter: its bytes, and whether it is valid, shared, reserved, or has wildcards or dots."""
+    dotted = "." if "." in written or "*" in written else ""
     if _PLAIN.fullmatch(written):
-        return f"{len(written)}"
+        return f"{len(written)}{dotted}"
     valid = f"{wrong_with_name(written) is None:d}{wrong_with_filter(written) is None:d}"
     shared = share(written)
     kind = f"{shared is not None:d}{has_wildcards(written if shared is None else shared.filter):d}{has_wildcards(written):d}"
     # Few names begin so, and which of them the broker itself publishes is a question of the whole name.
     reserved = written if written.startswith(RESERVED) else ""
-    return f"{len(written.encode(errors='replace'))} {valid}{kind}{reserved}"
+    return f"{len(written.encode(errors='replace'))} {valid}{kind}{reserved}{dotted}"
 
 
 def reaches(written: str) -> bool:

@@ -21,6 +21,7 @@ from cqos_mqtt.broker_policies import (
     INFLIGHT,
     QUEUED,
     QUEUED_BYTES,
+    RETAINED_BY_NAME_ONLY,
     SESSION_EXPIRY_3_1_1,
 )
 from cqos_mqtt.conditions import in_3_1_1, keeps_session
@@ -42,6 +43,7 @@ from cqos_mqtt.endpoint_policies import (
     SHARED,
     WAITING,
     WAITING_BYTES,
+    WILDCARDS,
 )
 from cqos_mqtt.kinds import EACH
 from cqos_mqtt.policies import PERIOD
@@ -61,8 +63,10 @@ def outlasts(limit: Operand, time: Operand) -> Condition:
 SECOND: Final = "1s"
 # An empty retained message deletes the one that is stored, and is not stored itself.
 IS_KEPT: Final = define("is_kept", offered(RETAIN) & ~IS_EMPTY)
+FILTER_GETS_RETAINED: Final = define("filter_gets_retained", ~requested(WILDCARDS) | ~broker(RETAINED_BY_NAME_ONLY))
 GETS_RETAINED: Final = define(
-    "gets_retained", IS_KEPT & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
+    "gets_retained",
+    IS_KEPT & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED) & FILTER_GETS_RETAINED,
 )
 COMES_BACK: Final = define("comes_back", keeps_session(subscriber) & ~subscriber(CLEAN))
 # A Will is sent by the broker, so no session of its client matters to it.

@@ -56,6 +56,7 @@ from cqos_mqtt.guarantee_terms import (
     BURST_FITS,
     COMES_BACK,
     CRASHES,
+    FILTER_GETS_RETAINED,
     FORGETS,
     LIMITS,
     NEVER_EXPIRES,
@@ -153,6 +154,15 @@ ABSENCE_AND_TIME: Final = (
         because="shared subscriptions are not sent retained messages",
         clause="MQTT 5.0, 3.8.4 and 4.8.2",
         help="subscribe without `$share`",
+    ),
+    gives(
+        "late_join",
+        FILTER_GETS_RETAINED,
+        code="MQTT340",
+        name="retained-not-sent-to-wildcards",
+        because="the broker sends retained messages to subscriptions whose filter has no wildcards, and to no others",
+        clause="RabbitMQ, MQTT plugin, limitations; RabbitMQ 3.10.8, by running it",
+        help="subscribe to each topic by its name",
     ),
     gives(
         "late_join",

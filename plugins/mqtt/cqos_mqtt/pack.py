@@ -78,7 +78,7 @@ DERIVATIONS: Final = (
 )
 
 NOT_CHECKED: Final = (
-    "whether user names, passwords and certificates let the clients connect",
+    "whether user names, passwords, certificates and limits of connections let the clients connect",
     "whether the broker's access control lets them publish and subscribe, save what an acl_file says that was read",
     "whether subscribers keep up with what arrives, save where a `burst` or `taken_every` is stated",
     "what libraries do with messages that are published while they are not connected; they are taken to wait in the client",

@@ -15,7 +15,7 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint
 from cqos_core.packs import ENDPOINT, Completion, KnownEntity
 from cqos_mqtt import names
-from cqos_mqtt.broker_policies import ACCESS
+from cqos_mqtt.broker_policies import ACCESS, DOTS_SEPARATE
 from cqos_mqtt.connection_policies import (
     BRINGS_BACK,
     CLIENT_ID,
@@ -49,9 +49,13 @@ def complete(
     of_participants: dict[str, dict[str, Setting]] = {}
     of_endpoints = {position: _of_the_topic(endpoint) for position, endpoint in enumerate(endpoints)}
     _client_ids(participants, of_participants)
+    changing = {name for name, broker in brokers.items() if broker.value(DOTS_SEPARATE) == 1}
+    separating = {each.id for each in participants if _broker_of(each, brokers) in changing} if changing else set()
     by_client = grouped((each.participant, (position, each)) for position, each in enumerate(endpoints))
     for client, own in by_client.items():
         facts = _of_the_client(client, [endpoint for _, endpoint in own])
+        if client in separating and any(_has_dots(each.topic or "") for _, each in own):
+            facts["dotted"] = _TRUE
         if facts:
             of_participants.setdefault(client, {}).update(facts)
         if len(own) > 1:
@@ -191,6 +195,10 @@ def _allowed(endpoint: KnownEntity | Endpoint, rights: Sequence[_Filters]) -> di
 
 def _with_dollar(topic: str) -> tuple[str, ...]:
     return (bare(topic),) if bare(topic).startswith("$") else ()
+
+
+def _has_dots(topic: str) -> bool:
+    return "." in topic or "*" in topic
 
 
 def _of_the_topic(endpoint: KnownEntity) -> dict[str, Setting]:

@@ -13,6 +13,7 @@ from cqos_core.packs import (
     forbids,
     matched_if,
     offered,
+    participant,
     publisher,
     requested,
     requires,
@@ -20,9 +21,7 @@ from cqos_core.packs import (
     topic,
 )
 from cqos_mqtt.conditions import in_3_1_1
-from cqos_mqtt.connection_policies import (
-    SESSION,
-)
+from cqos_mqtt.connection_policies import DOTTED, SESSION
 from cqos_mqtt.endpoint_policies import (
     CONTROLLED,
     MAY_PUBLISH,
@@ -135,6 +134,17 @@ FILTERS: Final = (
         because="messages that are forwarded come without their RETAIN flag, unless the subscription asks for it as published",
         clause="MQTT 3.1.1, MQTT-3.3.1-9; MQTT 5.0, MQTT-3.3.1-12 and MQTT-3.3.1-13",
         fixes=("retain_as_published",),
+    ),
+    forbids(
+        as_condition(participant(DOTTED)),
+        code="MQTT624",
+        name="dot-becomes-slash",
+        says="the client of {endpoint} has a dot or a star in a topic, and the broker changes it",
+        because="the broker takes a dot for a slash and a star for a plus sign, so the topic arrives under another name and meets filters that "
+        "MQTT does not match with it",
+        clause="RabbitMQ, MQTT plugin, topic level separator; RabbitMQ 3.10.8, by running it",
+        severity="warning",
+        help="name topics without `.` and `*`",
     ),
     requires(
         ~offered(RESERVED),

@@ -63,7 +63,7 @@ def test_every_word_of_the_currency_is_given():
 
 def test_every_rule_names_its_clause_for_each_version_it_holds_for():
     for rule in PACK.rules:
-        assert rule.clause.startswith(("MQTT 3.1.1, ", "MQTT 5.0, ", "C-QoS, ", "Mosquitto, ")), rule.code
+        assert rule.clause.startswith(("MQTT 3.1.1, ", "MQTT 5.0, ", "C-QoS, ", "Mosquitto, ", "RabbitMQ, ")), rule.code
 
 
 def test_every_cell_that_may_be_given_is_proven_or_has_a_clause_of_a_standard_or_manual():
@@ -104,7 +104,7 @@ def test_explain_names_where_a_guarantee_was_seen(broker, derived):
 
 def test_every_preset_of_a_broker_names_its_source():
     brokers = {name: preset for name, preset in PACK.presets.items() if preset.level == "broker"}
-    assert {"mosquitto", "hivemq_ce", "emqx", "aws_iot_core"} <= set(brokers)
+    assert {"mosquitto", "hivemq_ce", "emqx", "aws_iot_core", "rabbitmq_3_10"} <= set(brokers)
     assert all("(" in preset.doc for preset in brokers.values())
 
 

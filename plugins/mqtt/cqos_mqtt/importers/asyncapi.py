@@ -18,6 +18,7 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room
+from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.filters import intersect
 from cqos_mqtt.importers.document import REF, Document, entries_of, levels
 from cqos_mqtt.importers.editing import BINDINGS
@@ -428,6 +429,9 @@ class _Reader(Document):
         """Take the fields of a binding as settings."""
         unclear = self.misspelt(binding, names, _OTHERS, cause="the MQTT binding has no field")
         settings |= {names[meant]: unknown for meant, unknown in unclear}
+        known = _OTHERS if names is not _WILL else _WILL.keys()
+        typing_errors = {each for each in binding.entries if looks_like_qos(each, (*names, *_WILLS))}
+        self.leave_open(binding, known | typing_errors, "the field of an MQTT binding", settings)
         for name, policy in names.items():
             node = self.followed(stated(binding, name))
             if node is not None:

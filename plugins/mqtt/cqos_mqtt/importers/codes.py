@@ -163,6 +163,15 @@ CODES: Final = (
         missing=1,
     ),
     CodeInfo(
+        "MQTT948",
+        "element-not-modelled",
+        "warning",
+        "A file states something that may decide what arrives and that C-QoS does not model.",
+        "What rests on it is unknown.",
+        help="state what it does in a system file beside it, or leave it out",
+        leaves_out="element",
+    ),
+    CodeInfo(
         "MQTT960",
         "bridged-topic-incomplete",
         "warning",

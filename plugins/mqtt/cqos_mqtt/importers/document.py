@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote
 
 from cqos_core.importers.source_reading import SourceReading, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, stated, walk
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, stated, walk
 from cqos_core.model.problems import InputError
-from cqos_core.model.settings import Place, Setting
+from cqos_core.model.settings import EVERY_OTHER, Place, Setting
 from cqos_core.model.system import PUBLISHER, Broker, Endpoint, ProfileRef
 from cqos_core.packs.document_importer import DocumentImporter, only_document
 from cqos_mqtt.filters import has_wildcards
@@ -18,7 +18,7 @@ from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.names import PATTERN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Container, Iterable, Iterator
 
     from cqos_core.importers.tree import Node
     from cqos_core.model.settings import Settings
@@ -170,6 +170,24 @@ class Document(DocumentImporter):
     def stands_alone(self, root: Node) -> bool:  # noqa: ARG002 - for formats in which there is more to say
         """Whether another file is also a document of its own, rather than a part of those that refer to it."""
         return False
+
+    # What is not modelled
+
+    def leave_open(
+        self, entries: MappingNode, known: Container[str], whose: str, settings: Settings, begin: str = ""
+    ) -> None:
+        """Report the fields, of those that begin so, that no table has; nothing else is then known of what they are stated for.
+
+        A field that looks like one that is read is reported as a typing error, by `misspelt`.
+        """
+        for name, (key, value) in entries.entries.items():
+            if name in known or not name.startswith(begin) or name.startswith("x-") or name == REF:
+                continue
+            cause = f"{whose} {shown(name)}"
+            self.note("MQTT948", f"{cause} is not modelled", key)
+            settings[EVERY_OTHER] = Setting(
+                flow_text(value), self.place(key), unknown=f"{cause} is not modelled", reported="MQTT948"
+            )
 
     # What is found
 

@@ -79,7 +79,7 @@ def _directive(name: str, value: str) -> tuple[str, tuple[str, ...], str] | None
         return None if seconds is None else (names[0], names, f"{-(-seconds // 3600)}h")
     if name == "server_keep_alive":
         seconds = _seconds(value)
-        return None if not seconds else (names[0], names, str(seconds))
+        return None if not seconds or seconds < LEAST_KEEP_ALIVE else (names[0], names, str(seconds))
     if value == "unlimited":
         return names[-1], names, "0"
     return names[0], names, value
@@ -114,6 +114,8 @@ def _stated(text: str, name: str, names: tuple[str, ...], value: str, *, everywh
     return "".join(lines)
 
 
+LEAST_KEEP_ALIVE: Final = 10
+"""Seconds; Mosquitto refuses a lower `max_keepalive`."""
 DIRECTIVES: Final = {
     "maximum_qos": ("max_qos",),
     "retain_available": ("retain_available",),

@@ -20,8 +20,9 @@ from cqos_core.packs.file_importer import FileImporter
 from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.dynamic_security import PLUGIN, UnclearAccessError, access_of
-from cqos_mqtt.importers.editing import DIRECTIVES
+from cqos_mqtt.importers.editing import DIRECTIVES, LEAST_KEEP_ALIVE
 from cqos_mqtt.importers.mosquitto_bridge import FLAGS, OF_CONNECTIONS, add_bridge
+from cqos_mqtt.importers.mosquitto_directives import CANNOT_MATTER, UNDECIDED
 from cqos_mqtt.kinds import LONGEST
 from cqos_mqtt.sessions import EVERY_USER, NO_USER
 
@@ -77,6 +78,7 @@ class _Reader(FileImporter):
         self.bridges: dict[str, list[Line]] = {}
         self.connection: list[Line] | None = None
         self.packet_limits: dict[str, str] = {}
+        self.undecided: dict[str, Line] = {}  # of equal ones the last
 
     def run(self) -> None:
         """Read all directives."""
@@ -85,6 +87,8 @@ class _Reader(FileImporter):
         if len(self.listeners) > 1 and not self.opens_default:
             del self.listeners[0]
         self.of_listeners()
+        for line in self.undecided.values():
+            self.leave_open(line)
         path = PurePath(self.source.name)
         name = switches.get(SWITCH) or path.stem or "mosquitto"
         place = Place(self.source.name, 1, 1)
@@ -169,8 +173,15 @@ class _Reader(FileImporter):
             self.access(line)
         elif line.name == "include_dir":
             self.include(line)
-        elif line.name not in _PASSED_OVER and not line.name.startswith(_OPTIONS_OF_PLUGINS):
-            self.misspelt(line, looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS, *_PASSED_OVER)))
+        else:
+            self.unread(line)
+
+    def unread(self, line: Line) -> None:
+        """Remember a directive that may decide; report one that Mosquitto does not know."""
+        if line.name in UNDECIDED:
+            self.undecided[line.name] = line
+        elif line.name not in CANNOT_MATTER and not line.name.startswith(_OPTIONS_OF_PLUGINS):
+            self.misspelt(line, looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS, *UNDECIDED, *CANNOT_MATTER)))
 
     def directive(self, line: Line) -> None:
         """Take one directive as a setting; of several equal ones Mosquitto takes the last."""
@@ -187,6 +198,18 @@ class _Reader(FileImporter):
         """Take a setting for what a directive states, of the listener above it or of the broker."""
         settings = self.listener.settings if line.name in _OF_LISTENERS else self.settings
         settings[_DIRECTIVES[line.name][0]] = setting
+
+    def leave_open(self, line: Line) -> None:
+        """Say of a directive that is not modelled what is not known with it, unless it does nothing."""
+        about = UNDECIDED[line.name]
+        # Where there is no access control, nothing is forbidden.
+        policies = [policy for policy in about.policies if policy != "acl" or policy in self.settings]
+        if not policies or line.value.partition(" ")[0] in about.harmless:
+            return
+        cause = f"`{line.name} {line.value}` {about.effect}"
+        self.note("MQTT948", f"{cause}, which is not modelled", line.place)
+        for policy in policies:
+            self.settings[policy] = Setting(line.value, line.place, unknown=cause, reported="MQTT948")
 
     def misspelt(self, line: Line, meant: str | None) -> None:
         """Say that Mosquitto does not know a directive, and so does not start: nothing is known of what it would do."""
@@ -228,6 +251,8 @@ class _Reader(FileImporter):
         """Read the acl_file or the file of dynamic security that a line names."""
         if line.name in _PLUGINS:
             self.dynamic = PLUGIN in line.value
+            if not self.dynamic:
+                self.note("MQTT948", f"what the plugin {shown(line.value)} does is not known", line.place)
             return
         if line.name != "acl_file" and not self.dynamic:
             return
@@ -320,7 +345,7 @@ def _flag(text: str) -> str:
 
 def _keep_alive(text: str) -> str:
     """Read seconds; 0 sets no limit, which Mosquitto takes since 2.0.13."""
-    return "infinite" if text == "0" else _number(10, 65_535)(text)
+    return "infinite" if text == "0" else _number(LEAST_KEEP_ALIVE, 65_535)(text)
 
 
 def _period(text: str) -> str:
@@ -374,26 +399,11 @@ _OPENS_DEFAULT: Final = frozenset(
         "socket_domain",
     )
 )
-_OPTIONS_OF_PLUGINS: Final = ("plugin_opt_", "auth_opt_")
-_PASSED_OVER: Final = frozenset(
-    (
-        *("accept_protocol_versions", "allow_anonymous", "allow_duplicate_messages", "allow_zero_length_clientid"),
-        *("auth_plugin_deny_special_chars", "auto_id_prefix", "autosave_on_changes", "bind_interface", "cafile"),
-        *("capath", "certfile", "check_retain_source", "ciphers", "clientid_prefixes", "connection_messages"),
-        *("crlfile", "dhparamfile", "disable_client_cert_date_checks", "enable_control_api", "enable_proxy_protocol"),
-        *("global_max_clients", "global_max_connections", "http_api", "http_dir", "keyfile"),
-        *("listener_allow_anonymous", "listener_auto_id_prefix", "log_dest", "log_facility", "log_timestamp"),
-        *("log_timestamp_format", "log_type", "max_connections", "max_inflight_bytes", "max_log_entries"),
-        *("max_topic_alias_broker", "memory_limit", "mount_point", "packet_buffer_size", "password_file"),
-        *("per_listener_settings", "persistence_file", "persistence_location", "pid_file", "plugin_use", "protocol"),
-        *("proxy_protocol_v2_require_tls", "psk_file", "psk_hint", "require_certificate", "retain_expiry_interval"),
-        *("retry_interval", "set_tcp_nodelay", "socket_domain", "store_clean_interval", "sys_interval", "tls_engine"),
-        *("tls_engine_kpass_sha1", "tls_keyform", "tls_version", "use_identity_as_username"),
-        *("use_subject_as_username", "use_username_as_clientid", "user", "websockets_headers_size"),
-        *("websockets_log_level", "websockets_origin"),
-    )
+TAKEN: Final = frozenset(
+    (*_DIRECTIVES, *_OF_PLUGINS, "acl_file", "bind_address", "connection", "include_dir", "listener", "port")
 )
-"""Other directives that Mosquitto 2.0 or 2.1 knows (mosquitto.conf(5), and its source, conf.c)."""
+"""The directives of a broker that are taken as settings, or lead to some."""
+_OPTIONS_OF_PLUGINS: Final = ("plugin_opt_", "auth_opt_")
 
 
 read = _Reader.load

@@ -13,9 +13,10 @@ from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.model.settings import Setting
+from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route
 from cqos_mqtt.filters import has_wildcards, intersection, wrong_wildcards
+from cqos_mqtt.importers.mosquitto_directives import CANNOT_MATTER, UNDECIDED_OF_BRIDGES
 from cqos_mqtt.names import PATTERN
 from cqos_mqtt.sessions import BRIDGE_STATES
 
@@ -34,25 +35,26 @@ FLAGS: Final = {"true": "true", "1": "true", "false": "false", "0": "false"}
 _QUALITIES: Final = ("0", "1", "2")
 _PORT: Final = "1883"
 _TAKES_BACK: Final = "own"
+TAKEN: Final = frozenset(
+    (
+        *(
+            "address",
+            "addresses",
+            "bridge_outgoing_retain",
+            "bridge_protocol_version",
+            "bridge_session_expiry_interval",
+        ),
+        *("cleansession", "clientid", "keepalive_interval", "local_cleansession", "local_clientid"),
+        *("notification_topic", "notifications", "notifications_local_only", "remote_clientid", "topic", "try_private"),
+    )
+)
+"""The directives of a connection that are taken as settings."""
 OF_CONNECTIONS: Final = frozenset(
     (
-        *("address", "addresses", "attempt_unsubscribe", "bridge_alpn", "bridge_attempt_unsubscribe"),
-        *(
-            "bridge_bind_address",
-            "bridge_cafile",
-            "bridge_capath",
-            "bridge_certfile",
-            "bridge_ciphers",
-            "bridge_identity",
-        ),
-        *("bridge_tcp_keepalive", "bridge_tcp_user_timeout", "bridge_tls_use_os_certs", "password"),
-        *("bridge_insecure", "bridge_keyfile", "bridge_max_packet_size", "bridge_max_topic_alias"),
-        *("bridge_outgoing_retain", "bridge_protocol_version", "bridge_psk", "bridge_receive_maximum"),
-        *("bridge_reload_type", "bridge_require_ocsp", "bridge_session_expiry_interval", "bridge_tls_version"),
-        *("cleansession", "clientid", "idle_timeout", "keepalive_interval", "local_cleansession", "local_clientid"),
-        *("local_password", "local_username", "notification_topic", "notifications", "notifications_local_only"),
-        *("remote_clientid", "remote_password", "remote_username", "restart_timeout", "round_robin", "start_type"),
-        *("threshold", "topic", "try_private", "username"),
+        *TAKEN,
+        *UNDECIDED_OF_BRIDGES,
+        *(name for name in CANNOT_MATTER if name.startswith(("bridge_", "local_", "remote_"))),
+        *("attempt_unsubscribe", "idle_timeout", "password", "restart_timeout", "threshold", "username"),
     )
 )
 """The directives that belong to the connection above them; others below it are about the broker."""
@@ -118,6 +120,14 @@ def add_bridge(reading: FileImporter, local_broker: str, name: str, lines: Seque
             reading.note("MQTT943", message, place)
         if back:
             here["brings_back"] = Setting(json.dumps(list(back)), next(iter(back.values())), derived=True)
+    for line in lines:
+        about = UNDECIDED_OF_BRIDGES.get(line.name)
+        several = line.name != "addresses" or len(line.value.split()) > 1
+        if about and several and _word(line) not in about.harmless:
+            message = f"`{line.name} {line.value}` {about.effect}, which is not modelled"
+            reading.note("MQTT948", message, line.place)
+            for side in (here, there):
+                side[EVERY_OTHER] = Setting(line.value, line.place, unknown=message, reported="MQTT948")
     _notifications(system, stated, local, remote)
     carries = () if knows else (_TAKES_BACK,)
     system.bridges[local] = Bridge(local, tuple(routes), carries, place=lines[0].place)

@@ -12,11 +12,12 @@ from cqos_core.importers.source_reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, stated
 from cqos_core.model.settings import Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room
+from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.document import Document, truth
 from cqos_mqtt.importers.editing import FIELDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from cqos_core.model.system import Role
 
@@ -36,6 +37,7 @@ _WILL: Final = (
     ("willPayload", "will.payload", ""),
 )
 _WILL_MESSAGE: Final = (("delay", "will.delay_interval", ""), ("expiry", "will.message_expiry_interval", ""))
+_MESSAGE: Final = (("expiry", "message_expiry_interval", ""),)
 _NODES: Final[dict[str, tuple[Role, str, tuple[tuple[str, str, str], ...]]]] = {
     IN: (
         SUBSCRIBER,
@@ -66,7 +68,8 @@ _OTHERS: Final = frozenset(
     (
         *("id", "type", "name", "g", "x", "y", "l", "info", "env", "wires", "inputs", "datatype", "respTopic"),
         *("contentType", "userProps", "correl", "tls", "usetls", "verifyservercert", "compatmode", "autoConnect"),
-        *("autoUnsubscribe", "credentials", "birthPayload", "birthMsg", "closePayload", "closeMsg"),
+        *("autoUnsubscribe", "credentials", "birthPayload", "birthMsg", "closePayload", "closeMsg", "usews"),
+        *("icon", "inputLabels", "outputLabels"),
     )
 )
 """Fields of nodes that hold no QoS that is read here."""
@@ -92,6 +95,11 @@ class _Reader(Document):
         """Report fields that Node-RED passes over; it then takes its default."""
         self.misspelt(node, names, _OTHERS, cause="Node-RED has no field")
 
+    def undecided(self, node: MappingNode, names: Sequence[str], settings: Settings) -> None:
+        """Report fields of a node that no table has, save typing errors; what else holds for it is then not known."""
+        typing_errors = {each for each in node.entries if looks_like_qos(each, names)}
+        self.leave_open(node, {*names, *_OTHERS, *typing_errors}, "the field of an MQTT node", settings)
+
     def connection(self, node: MappingNode) -> tuple[str, bool]:
         """Add a client; return its id and whether it speaks 5.0."""
         self.unused(node, _OF_BROKERS)
@@ -99,6 +107,7 @@ class _Reader(Document):
         version = _VERSIONS.get(self.a_text(node, "protocolVersion"), "3.1.1")
         in_5_0 = version == "5.0"
         settings = self._stated(node, _CLIENT, in_5_0=in_5_0)
+        self.undecided(node, _OF_BROKERS, settings)
         settings["protocol_version"] = self._given(node, "protocolVersion", version)
         if host:
             address = f"{host}:{port}" if port and "://" not in host else host
@@ -113,6 +122,8 @@ class _Reader(Document):
             if topic and not _from_environment(topic):
                 fields = ((f"{moment}Qos", "qos", ""), (f"{moment}Retain", "retain", ""))
                 own, where = self._stated(node, fields, in_5_0=in_5_0), stated(node, f"{moment}Topic") or node
+                message = self.a_map(stated(node, f"{moment}Msg"), f"{moment}Msg")
+                own |= self._stated(message, _MESSAGE, in_5_0=in_5_0)
                 self.endpoint(client, PUBLISHER, topic, where, own, label=f"{moment} message")
         return client, in_5_0
 
@@ -147,6 +158,7 @@ class _Reader(Document):
         written = {policy for name, policy, _ in fields if in_5_0 or name not in _OF_5_0}
         room = Room(self.place(node), tuple(policy for policy in FIELDS if policy in written), restated=True)
         settings, where = self._stated(node, fields, in_5_0=in_5_0), stated(node, "topic") or node
+        self.undecided(node, _OF_NODES, settings)
         self.endpoint(client, role, topic, where, settings, presets=(preset,), label=label, room=room)
 
     def _stated(self, node: MappingNode, fields: Iterable[tuple[str, str, str]], *, in_5_0: bool) -> Settings:

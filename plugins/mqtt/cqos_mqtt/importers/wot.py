@@ -14,6 +14,7 @@ from cqos_core.importers.source_reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room
+from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_mqtt.importers.document import Document, levels
 from cqos_mqtt.importers.editing import TERMS
 
@@ -121,6 +122,8 @@ class _Reader(Document):
         """Add the Thing's end of what a consumer does."""
         unclear = self.misspelt(form, (*_TERMS, *_OTHER_TERMS), cause="the MQTT binding has no term")
         settings: Settings = {_TERMS[meant]: setting for meant, setting in unclear if meant in _TERMS}
+        typing_errors = {each for each in form.entries if looks_like_qos(each, (*_TERMS, *_OTHER_TERMS))}
+        self.leave_open(form, {*_TERMS, *_OTHER_TERMS, *typing_errors}, "the MQTT term", settings, "mqv:")
         qos, retain = stated(form, "mqv:qos"), stated(form, "mqv:retain")
         if qos is not None:
             settings["qos"] = self.setting(qos)

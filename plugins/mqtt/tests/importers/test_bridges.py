@@ -574,3 +574,64 @@ brokers: {"x1.iot.eu-west-1.amazonaws.com:8883": {maximum_qos: 2}}
 participants: {pub: {publishes: {t: {qos: 2}}}, sub: {subscribes: {t: {qos: 2}}}}
 """
     assert "MQTT201" not in {each.code for each in cqos.check(text).findings}
+
+
+def brokers(tmp_path, **lines):
+    """Configurations of brokers, each with what stands below its listener; addresses are the names of their files."""
+    for name, own in lines.items():
+        (tmp_path / f"{name}.conf").write_text("\n".join(("listener 1883", *own)) + "\n")
+    return cqos.check(*(tmp_path / f"{name}.conf" for name in lines))
+
+
+def bridge_to(name, *topics):
+    return (f"connection to_{name}", f"address {name}:1883", *(f"topic {each}" for each in topics))
+
+
+BOTH = "# both 0"
+
+
+@pytest.mark.parametrize(
+    ("lines", "loops"),
+    [
+        # Measured on Mosquitto 2.0 (`tests/conformance/test_bridge_loops.py`).
+        (
+            {"a": (*bridge_to("b", BOTH), *bridge_to("c", BOTH)), "b": bridge_to("a", BOTH), "c": bridge_to("b", BOTH)},
+            2,
+        ),
+        ({"a": bridge_to("b", BOTH), "b": bridge_to("a", BOTH)}, 1),
+        ({"a": bridge_to("b", "# out"), "b": bridge_to("a", "# out")}, 1),
+        ({"a": bridge_to("b", "# out"), "b": bridge_to("c", "# out"), "c": bridge_to("a", "# out")}, 1),
+        ({"a": bridge_to("b", "# out 0 s/ r/"), "b": bridge_to("a", "# out 0 r/ s/")}, 1),
+        ({"a": bridge_to("b", "+/status out"), "b": bridge_to("a", "site/# out")}, 1),
+        ({"a": bridge_to("b", BOTH), "b": ()}, 0),
+        ({"a": (*bridge_to("b", BOTH), "try_private false"), "b": ()}, 0),  # twice, which is MQTT943
+        ({"a": bridge_to("b", BOTH), "b": bridge_to("c", BOTH), "c": ()}, 0),
+        ({"a": bridge_to("h", BOTH), "b": bridge_to("h", BOTH), "h": ()}, 0),
+        ({"a": bridge_to("b", "# out"), "b": bridge_to("a", "# in")}, 0),
+        ({"a": bridge_to("b", "# out 0 s/ r/"), "b": bridge_to("a", "# out 0 q/ s/")}, 0),
+        ({"a": bridge_to("b", "+/status out"), "b": bridge_to("a", "site/+/status out")}, 0),
+    ],
+)
+def test_loops_follow_from_bridges_alone(tmp_path, lines, loops):
+    found = [each for each in brokers(tmp_path, **lines).findings if each.code == "CQ503"]
+    assert len(found) == loops
+    assert all(each.severity == "error" for each in found)
+
+
+def test_two_connections_to_one_broker_are_a_loop(tmp_path):
+    once, again = bridge_to("h", BOTH), ("connection again", *bridge_to("h", BOTH)[1:])
+    assert "CQ503" in {each.code for each in brokers(tmp_path, a=(*once, *again)).findings}
+
+
+def test_what_access_control_keeps_back_is_no_loop(tmp_path):
+    (tmp_path / "b.acl").write_text("topic read #\n")
+    lines = {"a": bridge_to("b", BOTH), "b": (*bridge_to("a", BOTH), f"acl_file {tmp_path}/b.acl")}
+    assert "CQ503" not in {each.code for each in brokers(tmp_path, **lines).findings}
+
+
+def test_bridges_in_included_files_are_a_loop(tmp_path):
+    for name, other in ("ab", "ba"):
+        (tmp_path / f"{name}.d").mkdir()
+        (tmp_path / f"{name}.d" / "bridge.conf").write_text("\n".join(bridge_to(other, BOTH)))
+    report = brokers(tmp_path, a=(f"include_dir {tmp_path}/a.d",), b=(f"include_dir {tmp_path}/b.d",))
+    assert "CQ503" in {each.code for each in report.findings}
