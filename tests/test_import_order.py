@@ -2,6 +2,7 @@
 
 import sys
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -17,7 +18,9 @@ def test_what_cannot_be_imported_is_left_to_its_collection(tmp_path, worker):
     }
     for name, text in texts.items():
         tmp_path.joinpath(name).write_text(text, encoding="utf-8")
-    import_all(SimpleNamespace(args=["."], rootpath=tmp_path, workerinput={"workerid": worker, "workercount": 2}))
+    given = {"args": ["."], "rootpath": tmp_path, "workerinput": {"workerid": worker, "workercount": 2}}
+    config: Any = SimpleNamespace(**given)
+    import_all(config)
     known = {str(each.__file__): name for name, each in sys.modules.items() if getattr(each, "__file__", None)}
     found = {name for name in texts if str(tmp_path / name) in known}
     for name in found:
