@@ -89,8 +89,9 @@ def import_all(config: pytest.Config) -> None:
         try:
             import_path(file, mode="importlib", root=config.rootpath, consider_namespace_packages=False)
         except (Exception, pytest.skip.Exception):  # noqa: BLE001 - its collection imports it again, and says so
-            for name in [name for name, each in sys.modules.items() if getattr(each, "__file__", None) == str(file)]:
-                del sys.modules[name]
+            for name, each in list(sys.modules.items()):
+                if getattr(each, "__file__", None) == str(file):
+                    del sys.modules[name]
 
 
 def pytest_collection_finish() -> None:

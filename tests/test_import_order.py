@@ -21,7 +21,7 @@ def test_what_cannot_be_imported_is_left_to_its_collection(tmp_path, worker):
     given = {"args": ["."], "rootpath": tmp_path, "workerinput": {"workerid": worker, "workercount": 2}}
     config: Any = SimpleNamespace(**given)
     import_all(config)
-    known = {str(each.__file__): name for name, each in sys.modules.items() if getattr(each, "__file__", None)}
+    known = {str(each.__file__): name for name, each in list(sys.modules.items()) if getattr(each, "__file__", None)}
     found = {name for name in texts if str(tmp_path / name) in known}
     for name in found:
         del sys.modules[known[str(tmp_path / name)]]
