@@ -9,6 +9,7 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 import pytest
+from _pytest.pathlib import import_path
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
@@ -72,9 +73,27 @@ NEW_OBJECTS = 5_000
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection() -> None:
+def pytest_collection(session: pytest.Session) -> None:
     """Collect no garbage while tests are found: nearly all that is made stays, and looking through it again and again takes twice as long."""
     gc.disable()
+    if session.config.args == session.config.getini("testpaths"):
+        import_all(session.config)
+
+
+def import_all(config: pytest.Config) -> None:
+    """Import every test file, in each worker from another one on: where nothing is compiled yet, none compiles what another has."""
+    given: dict[str, int | str] = getattr(config, "workerinput", {})
+    if not given:
+        return
+    files = sorted(file for name in config.args for file in config.rootpath.joinpath(name).rglob("test_*.py"))
+    first = len(files) * int(str(given["workerid"]).removeprefix("gw")) // int(given["workercount"])
+    for file in files[first:] + files[:first]:
+        try:
+            import_path(file, mode="importlib", root=config.rootpath, consider_namespace_packages=False)
+        except (Exception, pytest.skip.Exception):  # noqa: BLE001 - its collection imports it again, and says so
+            for name, each in list(sys.modules.items()):
+                if getattr(each, "__file__", None) == str(file):
+                    del sys.modules[name]
 
 
 def pytest_collection_finish() -> None:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 FLAGS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+    # No page lives long enough to win back what optimizing its code costs.
+    "--js-flags=--no-opt --no-maglev --single-threaded",
 )
 PROGRAMS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 """The first does the same with four fifths of the work: it has no windows, tabs and menus."""

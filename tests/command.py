@@ -1,6 +1,7 @@
-"""Runs the command as a user does, in a process of its own, without its start: that process is forked from one that has imported it.
+"""Runs the command as a user does, in a process of its own, without its start: that process is forked from one that has imported it and compiled the packs.
 
-Where the start itself is what is tried, tests run the installed command.
+Where the start itself is what is tried, tests run the installed command. That a report depends on no check before is a law
+(`tests/laws/test_memory.py`).
 """
 
 from __future__ import annotations
@@ -251,6 +252,7 @@ def _serve() -> None:
             importlib.import_module(name)
     for name in _imported():
         importlib.import_module(name)
+    _compile_packs()
     numbers: dict[int, int] = {}
 
     def reap(*_: object) -> None:
@@ -282,6 +284,17 @@ def _imported() -> list[str]:
     command = [sys.executable, "-c", script, "check", "--no-config", str(EXAMPLE)]
     done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True)
     return [name for name in done.stderr.split() if name != "__main__"]
+
+
+def _compile_packs() -> None:
+    """Have the rules of every pack ready, which is most of what a small check costs; each process finds its plugins by itself."""
+    import cqos_core
+    from cqos_core.plugins import load_plugins
+
+    for pack in load_plugins().packs:
+        cqos_core.check_pair(pack)
+    cqos_core.check(EXAMPLE)
+    load_plugins.cache_clear()
 
 
 def _become_the_command(order: dict[str, Any]) -> NoReturn:
