@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.analysis.planning.plan import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, diff, explain, read, repair, suggest
     from cqos_core.checking.session import Session
-    from cqos_core.files.applying import Edited
+    from cqos_core.files.edited_files import Edited
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
     from cqos_core.model.coverage import Coverage
@@ -71,7 +71,7 @@ _HOMES: Final = (
     "analysis.pair_judge",
     "checking.session",
     "api",
-    "files.applying",
+    "files.edited_files",
 )
 """The modules that have the public names. A name is looked for in one after another, so what loads fast stands first."""
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from typing import TextIO
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "smart_agriculture.bpmn"
-SERVING = ("cqos_core.cli.modeler", *(f"cqos_core.service.{name}" for name in ("process", "calls", "native", "web")))
+SERVING = ("cqos_core.cli.modeler", *(f"cqos_core.service.{name}" for name in ("process", "call_dispatch", "native", "web")))
 """What a service imports besides."""
 GONE = "the process to fork from has ended; its traceback says why"
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.files.reading import copied
+from cqos_core.files.system_copy import copied
 from cqos_core.model.memory import uncollected
 from cqos_core.model.system import Bridge, Endpoint, Route, System
 from tests.laws.systems import BOTH, systems

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.parsing import parse
 from cqos_core.language.policy import PerRole, Policy, by_option

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.files.loading import default_protocol
+from cqos_core.files.importer_choice import default_protocol
 from cqos_core.plugins import (
     KINDS,
     CommandInfo,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cqos_core.files.loading import read_source
+from cqos_core.files.source_reader import read_source
 from cqos_core.files.unread import unread
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source

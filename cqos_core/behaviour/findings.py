@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.drawn import Drawn, draws
+from cqos_core.behaviour.catch_option import reading_of, unknown_reading
+from cqos_core.behaviour.flow_model import Drawn, draws
 from cqos_core.behaviour.rounds import round_findings
-from cqos_core.behaviour.sequences import OPTION, OWNER, READINGS, sequence_findings
+from cqos_core.behaviour.sequence_findings import sequence_findings
 from cqos_core.behaviour.timers import timer_findings
 from cqos_core.behaviour.unreachable import unreachable_findings
-from cqos_core.model.remarks import core_finding
 
 if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline
@@ -35,23 +35,9 @@ def findings_of(drawn: Drawn, system: System) -> list[Finding]:
     """Report what control flow says about the settings of a system."""
     reading = reading_of(system)
     return [
-        *_unknown_reading(system),
+        *unknown_reading(system),
         *unreachable_findings(drawn),
         *timer_findings(drawn),
         *sequence_findings(drawn, reading),
         *round_findings(drawn, reading),
     ]
-
-
-def _unknown_reading(system: System) -> list[Finding]:
-    stated = system.options.get(OWNER, {}).get(OPTION)
-    if stated is None or stated.text in READINGS:
-        return []
-    message = f"option `{OWNER}.{OPTION}` is `{stated.text[:60]}`, which is not known, so each of its values is assumed"
-    return [core_finding("CQ208", message, place=stated.place, help=f"allowed: {', '.join(READINGS)}")]
-
-
-def reading_of(system: System) -> str | None:
-    """Return what the option ``bpmn.catch`` says, None where it says nothing that is known."""
-    stated = system.options.get(OWNER, {}).get(OPTION)
-    return stated.text if stated is not None and stated.text in READINGS else None

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, keep, needed, time_text
-from cqos_core.behaviour.sequences import AT_TOKEN, BUFFERED, OPTION, OWNER
+from cqos_core.behaviour.catch_option import AT_TOKEN, BUFFERED, OPTION, OWNER
+from cqos_core.behaviour.finding_parts import behaviour_finding, draft, time_text
+from cqos_core.behaviour.policy_values import finite, is_one_of, keep, needed
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import SUBSCRIBER
@@ -13,7 +14,7 @@ from cqos_core.model.system import SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.drawn import Drawn
+    from cqos_core.behaviour.flow_model import Drawn
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.counting import added
-from cqos_core.behaviour.drawn import behaviour_finding, draft, finite, is_one_of, needed, time_text
+from cqos_core.behaviour.finding_parts import behaviour_finding, draft, time_text
+from cqos_core.behaviour.policy_values import finite, is_one_of, needed
 from cqos_core.model.finding import Fact, Side
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
     from cqos_core.behaviour.counting import Rate
-    from cqos_core.behaviour.drawn import Drawn
+    from cqos_core.behaviour.flow_model import Drawn
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.drawn import behaviour_finding
+from cqos_core.behaviour.finding_parts import behaviour_finding
 from cqos_core.model.finding import Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.drawn import Drawn
+    from cqos_core.behaviour.flow_model import Drawn
     from cqos_core.behaviour.reach import Reached
     from cqos_core.model.finding import Finding
 

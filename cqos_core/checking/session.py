@@ -17,7 +17,7 @@ from cqos_core.checking.checker import assemble, check_system, judge_topics
 from cqos_core.checking.edits import Edits
 from cqos_core.checking.open_check import OpenCheck, may_stay_open
 from cqos_core.checking.trial import tried_out, unused_profiles
-from cqos_core.files.reading import faults, faults_of
+from cqos_core.files.system_faults import faults, faults_of
 from cqos_core.matching.pipeline import Context, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, Difference, counted
 from cqos_core.model.exact_places import exact_places

@@ -8,19 +8,16 @@ from collections.abc import Sequence
 
 import click
 
-from cqos_core.cli import INTERRUPTED
+from cqos_core.cli.console import width
+from cqos_core.cli.exit_codes import BROKEN_PIPE, INTERNAL, INTERRUPTED, UNUSABLE
 from cqos_core.cli.help import help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
 from cqos_core.cli.refusals import RefusedError, say_cqos_error, say_error, say_lines, say_refused
-from cqos_core.cli.streams import width
 from cqos_core.model.problems import CqosError, MissingError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
 
 _COMPLETING = "_CQOS_COMPLETE"
-USAGE = 2
-INTERNAL = 3
 _WIDEST_HELP = 120  # wider lines are hard to read
-_BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
 class Commands(click.Group):
@@ -62,7 +59,7 @@ class Commands(click.Group):
             advice = "`cqos packs` lists the commands that can be loaded"
             raise RefusedError(f"{what} cannot be loaded: {describe(error)}", advice, ctx) from error
         if getattr(command.callback, READS_SYSTEMS, False):
-            from cqos_core.cli.reading import with_importer_options
+            from cqos_core.cli.reading_options import with_importer_options
 
             command = with_importer_options(command)
         command = with_help(command)
@@ -183,13 +180,13 @@ def _run(arguments: list[str], this: Run) -> int:
         if not (isinstance(error, click.NoSuchOption) and _said_absent(error)):
             knows = isinstance(error, click.UsageError) and error.ctx is not None
             say_refused(error, None if knows else _context_of(arguments))
-        return USAGE
+        return UNUSABLE
     except CqosError as error:
         say_cqos_error(error)
-        return USAGE
+        return UNUSABLE
     except BrokenPipeError:
         _silence()
-        return _BROKEN_PIPE
+        return BROKEN_PIPE
     except Exception as error:  # noqa: BLE001 - a traceback is shown on request only
         return _internal(error, this)
     return 0

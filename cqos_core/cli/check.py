@@ -13,9 +13,12 @@ import click
 
 from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
-from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+from cqos_core.cli.console import colored, emit, say, say_problems, width
 from cqos_core.cli.entrances import entered_notes
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import obstacles, prepare
 from cqos_core.cli.parameters import (
     Registered,
     Run,
@@ -34,12 +37,11 @@ from cqos_core.cli.parameters import (
     weaken_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, obstacles, options_given, prepare, reading_options
+from cqos_core.cli.reading_options import ReadingOptions, options_given, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.selection import counted, rules_of
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
-from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
-from cqos_core.files.opening import STDIN, read_path
+from cqos_core.files.source_files import STDIN, read_path
 from cqos_core.files.units import units
 from cqos_core.formatters.several import said_once
 from cqos_core.formatters.wording import listed
@@ -55,11 +57,11 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.baseline import Baseline
     from cqos_core.cli.fixing import FixOutcome
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
     from cqos_core.config import Config
-    from cqos_core.files.loading import Loaded
+    from cqos_core.files.path_loader import Loaded
     from cqos_core.files.units import Unit
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.finding import Edit
@@ -456,7 +458,7 @@ class _Check:
         return next(found, None)
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
-        from cqos_core.files.applying import replacements_of
+        from cqos_core.files.edited_files import replacements_of
 
         return replacements_of(self.sources, edits, self.reader.options.importer)
 

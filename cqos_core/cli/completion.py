@@ -9,8 +9,8 @@ from typing import Any, Final
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
+from cqos_core.cli.console import emit
 from cqos_core.cli.parameters import AssignmentType, Registered, debug_option
-from cqos_core.cli.streams import emit
 from cqos_core.model.codes import CODES
 from cqos_core.plugins import load_plugins
 

@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from cqos_core.cli import UNUSABLE
+from cqos_core.cli.console import emit, say
+from cqos_core.cli.exit_codes import UNUSABLE
+from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import prepare
 from cqos_core.cli.parameters import (
     Registered,
     color_option,
@@ -18,10 +21,9 @@ from cqos_core.cli.parameters import (
     weaken_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
 from cqos_core.cli.refusals import RefusedError, refused, say_error
 from cqos_core.cli.sinks import check_targets, written_by
-from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.files.exporting import ExportContext, Exported
 from cqos_core.files.folders import write_folder
 from cqos_core.model.finding import plural
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.analysis.system_fixes import FixedSystem
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.model.system import System
     from cqos_core.plugins import ExporterInfo
 

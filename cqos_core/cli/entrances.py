@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.files.entrances import Way
-    from cqos_core.files.loading import Loaded
-    from cqos_core.files.opening import File
+    from cqos_core.files.file_search import File
+    from cqos_core.files.path_loader import Loaded
     from cqos_core.model.problems import Problem
     from cqos_core.plugins import ImporterInfo
 

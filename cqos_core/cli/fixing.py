@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.checking.checker import check_system
-from cqos_core.cli.streams import replace_files
+from cqos_core.cli.file_output import replace_files
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.files.units import Unit
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
@@ -60,7 +60,7 @@ def fixed(
 
     ``weaken``: also fixes that ask for less than the design does.
     """
-    from cqos_core.files.applying import fix_all
+    from cqos_core.files.file_fixes import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
         return reader.again(unit.files, texts)

@@ -9,7 +9,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.cli.streams import is_terminal, width
+from cqos_core.cli.console import is_terminal, width
 
 if TYPE_CHECKING:
     from typing_extensions import Self

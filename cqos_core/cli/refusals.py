@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
+from cqos_core.cli.console import say, say_problems
 from cqos_core.cli.help import short_help
-from cqos_core.cli.streams import say, say_problems
 from cqos_core.model.problems import CqosError, InputError, describe
 
 

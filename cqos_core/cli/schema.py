@@ -6,8 +6,8 @@ import json
 
 import click
 
+from cqos_core.cli.console import emit
 from cqos_core.cli.parameters import debug_option
-from cqos_core.cli.streams import emit
 
 
 @click.command(epilog="Exit codes: 0 printed; 2 wrong usage; 3 internal error.")

@@ -203,7 +203,7 @@ def serve(pack_files: tuple[str, ...], **given: Any) -> None:
       cqos serve --listen 127.0.0.1:0 --web 127.0.0.1:8080
       cqos serve --listen 0.0.0.0:50051 --tls-cert cert.pem --tls-key key.pem --token-file tokens
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    from cqos_core.cli.reading import install_packs
+    from cqos_core.cli.pack_files import install_packs
     from cqos_core.service.process import serve as run
 
     install_packs(pack_files)

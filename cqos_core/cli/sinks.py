@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.console import emit
+from cqos_core.cli.file_output import write_file
 from cqos_core.cli.refusals import refused
-from cqos_core.cli.streams import emit, write_file
 from cqos_core.formatters.several import together
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback

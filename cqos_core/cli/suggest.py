@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.planning.plan import RepairPlan
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.cli.plans import Make
-    from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
 
 _WORDS = PlanWords(

@@ -6,14 +6,15 @@ import os
 from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from cqos_core.files.opening import STDIN, File
+from cqos_core.files.file_search import File
+from cqos_core.files.source_files import STDIN
 from cqos_core.model.dataclass import dataclass
 from cqos_core.plugins import FAULTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from cqos_core.files.opening import Found
+    from cqos_core.files.file_search import Found
     from cqos_core.model.entrance import Entrance
     from cqos_core.plugins import ImporterInfo, Plugins
 

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from cqos_core.files.loading import FileOutcome, Loaded
+from cqos_core.files.path_loader import FileOutcome, Loaded
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.spelling import nearest

@@ -11,8 +11,8 @@ from cqos_core.model.finding import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.files.loading import Loaded
-    from cqos_core.files.opening import File
+    from cqos_core.files.file_search import File
+    from cqos_core.files.path_loader import Loaded
     from cqos_core.model.system import System
 
     Read = tuple[File, System]

@@ -54,7 +54,7 @@ async def serve_here(
     Log when it begins and ends, unless ``started`` is there to call with the addresses.
     """
     # gRPC is slow to import, and help needs none of it.
-    from cqos_core.service.calls import Calls
+    from cqos_core.service.call_dispatch import Calls
     from cqos_core.service.native import NativeDoor
 
     calls = Calls(settings, Observer(settings))

@@ -32,7 +32,7 @@ from cqos_core.model.problems import CqosError
 from cqos_core.remote.refusal import Refused
 from cqos_core.service import named_files, static_page
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
-from cqos_core.service.calls import failure
+from cqos_core.service.call_dispatch import failure
 from cqos_core.service.connections import ABORT, KEPT_SECONDS, Connections, patient
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.open_sessions import REQUESTS, SESSIONS
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.types import ASGIApp
 
+    from cqos_core.service.call_dispatch import Calls
     from cqos_core.service.callers import Caller
-    from cqos_core.service.calls import Calls
     from cqos_core.service.observing import Watch
     from cqos_core.service.settings import Settings
 

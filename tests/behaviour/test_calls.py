@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import cqos_core as cqos
-from cqos_core.files.loading import load_paths
+from cqos_core.files.path_loader import load_paths
 from cqos_core.files.units import units
 from tests.behaviour.drawing import model
 from tests.behaviour.test_cases import cases, reported

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core import CqosError
-from cqos_core.cli.streams import write_file
+from cqos_core.cli.file_output import write_file
 
 
 def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path):

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from cqos_core import check
-from cqos_core.files.applying import replacements_of
+from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.report import Report

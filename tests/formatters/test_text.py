@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check
-from cqos_core.files.applying import replacements_of
+from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters.causes import causes
 from cqos_core.formatters.several import together
 from cqos_core.formatters.text import render_text

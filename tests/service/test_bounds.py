@@ -16,8 +16,8 @@ import grpc
 import pytest
 
 from cqos_core.remote.refusal import Refused
+from cqos_core.service.call_dispatch import Calls
 from cqos_core.service.callers import Callers, Shared
-from cqos_core.service.calls import Calls
 from cqos_core.service.connections import Patient
 from cqos_core.service.observing import Meter, Observer
 from cqos_core.service.settings import Limits, Settings

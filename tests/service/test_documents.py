@@ -12,7 +12,7 @@ import pytest
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.cli import main
-from cqos_core.files.opening import SentFiles
+from cqos_core.files.source_files import SentFiles
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.remote.client import AsyncClient

@@ -20,8 +20,8 @@ from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused
 from cqos_core.service import native
+from cqos_core.service.call_dispatch import Calls
 from cqos_core.service.callers import origin
-from cqos_core.service.calls import Calls
 from cqos_core.service.connections import Connections, Patient
 from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.frames import ANSWER, ANSWER_JSON

@@ -12,7 +12,7 @@ from cqos_core.analysis.planning.plan import CheckedSystem, PlannedChange, Repai
 from cqos_core.analysis.planning.spending import priced
 from cqos_core.analysis.planning.wording import ConflictWords, change_text, reason_of
 from cqos_core.checking.checker import check_system
-from cqos_core.files.applying import Edited, apply_edits
+from cqos_core.files.edited_files import Edited, apply_edits
 from cqos_core.language.solve import restated
 from cqos_core.language.solver import conflict, solve
 from cqos_core.matching.judge import ask

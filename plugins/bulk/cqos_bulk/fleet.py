@@ -25,7 +25,7 @@ from cqos_bulk.table_store import TableStore
 from cqos_bulk.topic_frames import FINDING, finding_columns
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.ignoring import patterns
-from cqos_core.files.loading import load_paths
+from cqos_core.files.path_loader import load_paths
 from cqos_core.files.walking import walk
 from cqos_core.files.writing import is_same_file
 from cqos_core.matching.pipeline import with_options

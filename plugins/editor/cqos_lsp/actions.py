@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lsprotocol.types import CodeAction, CodeActionKind, Range, TextEdit, WorkspaceEdit
 
-from cqos_core.files.applying import replacements_of
+from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters import wording
 from cqos_core.importers.detect import claims_yaml
 from cqos_lsp.diagnostics import shown_findings, uri_of

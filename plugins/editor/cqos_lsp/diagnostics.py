@@ -14,7 +14,7 @@ from lsprotocol.types import (
 )
 from pygls.uris import from_fs_path
 
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.formatters import wording
 from cqos_core.model.finding import Severity
 from cqos_core.model.problems import InputError

@@ -9,9 +9,9 @@ from lsprotocol.types import DocumentSymbol, Location, Position, Range, SymbolKi
 
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
-from cqos_core.files.applying import read_texts
 from cqos_core.files.editing import is_json, scalar
 from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_texts
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.model.system import endpoint_id
 from cqos_lsp.diagnostics import uri_of

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.config import NAME, SHARED_NAME, Config, find_config, load_config
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.matching.pipeline import Context, context
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem

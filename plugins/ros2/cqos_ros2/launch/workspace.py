@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.ignoring import GENERATED
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.files.walking import Skipped, walk
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place

@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.files.walking import Skipped, walk
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.problems import InputError, Problem

@@ -7,7 +7,7 @@ import posixpath
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core.api import context
 from cqos_core.files.exporting import ExportContext
-from cqos_core.files.loading import read_source
+from cqos_core.files.source_reader import read_source
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 from tests.command import run_here

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core import InputError, Problem, System, check
-from cqos_core.files.loading import read_source, recognise
+from cqos_core.files.importer_choice import recognise
+from cqos_core.files.source_reader import read_source
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_ros2.importers.detect_observed import claims_topic_info

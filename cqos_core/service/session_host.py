@@ -1,22 +1,17 @@
-"""Worker processes: they answer calls that may take long, and sessions live in them."""
+"""Sessions in worker processes: in which process each lives, and how it moves to another."""
 
 from __future__ import annotations
 
 import asyncio
 import itertools
-import os
-import signal
-import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from google.rpc import status_pb2
-
-from cqos_core.remote.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, session_lost
+from cqos_core.remote.refusal import BUSY, Refused, session_lost
 from cqos_core.service import frames
 from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.model_copies import ModelCopy
-from cqos_core.service.worker import METHOD_NAMES
+from cqos_core.service.worker_process import DiedError, FailedError, LostError, Process, SessionGoneError, SpentError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
@@ -24,221 +19,11 @@ if TYPE_CHECKING:
     from cqos_core.service.callers import Caller, Shared
     from cqos_core.service.settings import Limits
 
-_STARTING_SECONDS: Final = 60.0
-_ENDING_SECONDS: Final = 5.0
+
 _PATIENCE_SECONDS: Final = 1.0
 """How long an edit waits for another caller's before its session moves to another process."""
+
 _MOST_KEPT: Final = 1_000
-_NICE: Final = 5
-"""The priority of workers: the processor is first for those who answer at once."""
-_NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
-
-
-class LostError(Exception):
-    """The process is gone, or was ended because it took too long.
-
-    Attributes:
-        refused: what the caller of a call without memory hears.
-    """
-
-    def __init__(self, why: str, code: str) -> None:
-        """Say why, and the code of the status that it makes."""
-        super().__init__(why)
-        self.refused = Refused(code, f"there is no answer: {why}", reason=WORKER_LOST if code == "UNAVAILABLE" else "")
-
-
-class DiedError(LostError):
-    """The process ended by itself or by a signal; another one may well answer."""
-
-
-class SpentError(LostError):
-    """It took all memory that it may have, and is gone."""
-
-    def __init__(self, status: status_pb2.Status) -> None:
-        """Refuse the call with what the process said at last."""
-        super().__init__("it took all memory that it may have", "RESOURCE_EXHAUSTED")
-        self.refused = StatusRefused(status)
-
-
-class SessionGoneError(Exception):
-    """A session of single calls has lost its process, and cannot go on in another one; the text says why."""
-
-
-class FailedError(Exception):
-    """A call raised an unexpected exception; the text is its traceback."""
-
-
-class Process:
-    """One worker process; it is started by its first call, and answers one call at a time."""
-
-    def __init__(self, limits: Limits) -> None:
-        """Remember what it may use."""
-        self._limits = limits
-        self._process: asyncio.subprocess.Process | None = None
-        self._turn = asyncio.Lock()
-        self._closed = False
-
-    async def call(self, frame: frames.Frame, seconds: float) -> bytes:
-        """Let it answer, within the time that is left.
-
-        The answer has to be awaited even if the caller goes away: the next caller must not get it.
-
-        Raises:
-            Refused: the call is refused.
-            FailedError: it failed.
-            SpentError: it takes more memory than there is.
-            LostError: there is no answer.
-        """
-        async with self._turn:
-            process = await self._started()
-            try:
-                answer = await asyncio.wait_for(_exchange(process, frame), seconds)
-            except asyncio.TimeoutError:
-                await self.end()
-                raise LostError(f"it took more than {seconds:g} seconds", "DEADLINE_EXCEEDED") from None
-            except (OSError, EOFError):
-                raise await self._died(process) from None
-            if answer.kind == frames.SPENT:
-                await self._died(process)
-                raise SpentError(status_pb2.Status.FromString(answer.data))
-        if answer.kind == frames.OK:
-            return answer.data
-        if answer.kind == frames.GONE:
-            raise DiedError("its process ended", "ABORTED")
-        if answer.kind == frames.REFUSED:
-            raise StatusRefused(status_pb2.Status.FromString(answer.data))
-        raise FailedError(answer.data.decode())
-
-    async def _started(self) -> asyncio.subprocess.Process:
-        process = self._process
-        if self._closed:
-            raise _service_ends()
-        if process is None or process.returncode is not None:
-            process = self._process = await asyncio.create_subprocess_exec(
-                sys.executable,
-                "-m",
-                "cqos_core.service.worker",
-                str(self._limits.endpoints),
-                str(self._limits.worker_memory),
-                stdin=asyncio.subprocess.PIPE,
-                stdout=asyncio.subprocess.PIPE,
-            )
-            if hasattr(os, "setpriority"):  # from here: what it imports takes a second of a processor
-                with suppress(OSError):
-                    os.setpriority(os.PRIO_PROCESS, process.pid, os.getpriority(os.PRIO_PROCESS, 0) + _NICE)
-            try:
-                await asyncio.wait_for(_answered(process), _STARTING_SECONDS)
-            except (asyncio.TimeoutError, OSError, EOFError):
-                await self.end()
-                raise LostError("its process does not start", "UNAVAILABLE") from None
-        return process
-
-    async def start(self) -> None:
-        """Start it, so that the next call need not wait for that; what fails now fails then."""
-        async with self._turn:
-            with suppress(LostError):
-                await self._started()
-
-    async def close(self) -> None:
-        """End it for good."""
-        self._closed = True
-        await self.end()
-
-    async def _died(self, process: asyncio.subprocess.Process) -> LostError:
-        """Return how a process ended by itself; if it is killed meanwhile, its exit code is lost."""
-        if self._closed:
-            return _service_ends()
-        with suppress(TimeoutError):
-            await asyncio.wait_for(process.wait(), _ENDING_SECONDS)
-        code = process.returncode or 0
-        how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        await self.end()
-        return DiedError(f"the worker process ended while it answered ({how})", "UNAVAILABLE")
-
-    async def end(self) -> None:
-        """End it at once."""
-        process, self._process = self._process, None
-        if process is None:
-            return
-        with suppress(ProcessLookupError):
-            process.kill()
-        if process.stdin is not None:
-            process.stdin.close()
-        await process.wait()
-
-
-def _service_ends() -> LostError:
-    return LostError("the service ends", "UNAVAILABLE")
-
-
-async def _exchange(process: asyncio.subprocess.Process, frame: frames.Frame) -> frames.Frame:
-    calls = process.stdin
-    assert calls is not None  # noqa: S101 - it is a pipe
-    calls.write(frame.encoded())
-    with suppress(OSError):  # one that ends for lack of memory says so, even if it did not take all of it
-        await calls.drain()
-    return await _answered(process)
-
-
-async def _answered(process: asyncio.subprocess.Process) -> frames.Frame:
-    answers = process.stdout
-    assert answers is not None  # noqa: S101 - it is a pipe
-    kind, number, size = frames.head(await answers.readexactly(frames.HEAD_SIZE))
-    return frames.Frame(kind, number, await answers.readexactly(size))
-
-
-class Pool:
-    """Workers for calls without memory."""
-
-    def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
-        """Keep as many as the limits allow; call ``lost`` with the reason for each that had to be ended."""
-        self._limits = limits
-        self._lost = lost
-        self._all = [Process(limits) for _ in range(limits.workers)]
-        # One that had to be ended is started again before the next call needs it.
-        self._turns = Turns(self._all, Process.start, limits.waiting)
-
-    async def warm(self) -> None:
-        """Start one process, so that the first call need not wait for it."""
-        await self._all[0].start()
-
-    @property
-    def waiting(self) -> int:
-        """How many calls wait for a worker."""
-        return self._turns.waiting
-
-    async def call(self, caller: str, kind: int, method: str, data: bytes, seconds: float) -> bytes:
-        """Let a worker answer a call of a kind of `frames`; waiting for one counts.
-
-        Where its process dies, another one is asked once: an answer has no effect but itself.
-
-        Raises:
-            Refused: it is refused, too many wait already, or it took too long.
-            FailedError: it failed.
-        """
-        frame, loop = frames.Frame(kind, _NUMBERS.get(method, 0), data), asyncio.get_running_loop()
-        until = loop.time() + seconds
-
-        def left() -> float:
-            return max(until - loop.time(), 0.001)
-
-        died = None
-        while True:
-            try:
-                return await self._turns.use(caller, lambda process: process.call(frame, left()), left())
-            except asyncio.TimeoutError:
-                if died is not None:
-                    raise died.refused from None
-                raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
-            except LostError as error:
-                self._lost(str(error))
-                if died is not None or not isinstance(error, DiedError):
-                    raise error.refused from None
-                died = error
-
-    async def close(self) -> None:
-        """End all."""
-        await asyncio.gather(*(each.close() for each in self._all))
 
 
 async def _within(seconds: float, answer: Coroutine[Any, Any, bytes]) -> bytes:

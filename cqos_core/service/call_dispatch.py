@@ -1,6 +1,6 @@
-"""Where a call is answered: at once in this process, or by a worker; who is let in; what is remembered.
+"""Decides where a call is answered: from memory, at once in this process, or by a worker. Also who is let in.
 
-Both doors come through here, with the bytes of messages.
+Both servers come through here, with the bytes of messages.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import logging
 import re
 import time
 import traceback
-from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from datetime import date
@@ -23,21 +22,30 @@ from google.protobuf import json_format
 from cqos_core.remote.asked import decode, decode_json
 from cqos_core.remote.refusal import Refused, session_lost, too_much
 from cqos_core.service import frames
+from cqos_core.service.answer_cache import Remembered
 from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to
 from cqos_core.service.callers import Caller, Callers, origin
 from cqos_core.service.log_lines import tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
-from cqos_core.service.pool import FailedError, Pool, Sessions
+from cqos_core.service.session_host import Sessions
 from cqos_core.service.settings import Settings, token_sum
+from cqos_core.service.worker_pool import Pool
+from cqos_core.service.worker_process import FailedError
 
 if TYPE_CHECKING:
     from cqos_core.service.observing import Observer
 
+
 _REMEMBERED_SIZE: Final = 64 * 1024
+
 _KEPT_ENTRIES: Final = 2_048
+
 _KEPT_BYTES: Final = 32 * 1024 * 1024
+
 _BEARER: Final = "bearer "
+
 ENDS: Final = "the service ends"
+
 OTHERS: Final = "you have most of all calls under way, and others need the place"
 _REVISION: Final = re.compile(rb"\x08[\x80-\xff]{0,8}[\x00-\x7f]")
 """Field 1, a number; a longer one is left to the decoder."""
@@ -310,34 +318,6 @@ class Heard:
         if self in self._calls.listening and self._task is not None:
             self._why = why
             self._task.cancel()
-
-
-class Remembered:
-    """Answers by what was asked, the latest ones, bounded in number and bytes."""
-
-    def __init__(self, most: int, most_bytes: int) -> None:
-        """Begin with none."""
-        self._most = most
-        self._most_bytes = most_bytes
-        self._bytes = 0
-        self._entries: OrderedDict[tuple[str, date, bytes], bytes] = OrderedDict()
-
-    def get(self, key: tuple[str, date, bytes]) -> bytes | None:
-        """Return what was answered."""
-        found = self._entries.get(key)
-        if found is not None:
-            self._entries.move_to_end(key)
-        return found
-
-    def put(self, key: tuple[str, date, bytes], value: bytes) -> None:
-        """Remember it, and forget the oldest where there is too much."""
-        if key in self._entries:  # two asked at the same time
-            return
-        self._entries[key] = value
-        self._bytes += len(key[2]) + len(value)
-        while len(self._entries) > self._most or self._bytes > self._most_bytes:
-            (_, _, asked), answered = self._entries.popitem(last=False)
-            self._bytes -= len(asked) + len(answered)
 
 
 def _split(data: bytes) -> tuple[bytes, bytes]:

@@ -1,171 +1,45 @@
-"""What the commands that read systems share: their options, and the way from paths to systems."""
+"""From paths to systems, as the command line and the configuration ask."""
 
 from __future__ import annotations
 
-import functools
 import os
 import sys
-from dataclasses import field, fields, replace
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from dataclasses import field, replace
+from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
-from cqos_core.cli import UNUSABLE
+from cqos_core.cli.console import say, say_problems
 from cqos_core.cli.entrances import command_problems, entered_notes, open_problems
+from cqos_core.cli.exit_codes import UNUSABLE
+from cqos_core.cli.pack_files import read_packs
 from cqos_core.cli.parameters import (
-    CONFIG,
-    READS_SYSTEMS,
     Assignment,
-    AssignmentType,
-    Registered,
-    assumptions_option,
     nearest,
-    no_config_option,
-    packs_option,
-    protocol_option,
     refuse_absent,
-    variables_option,
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.streams import say, say_problems
 from cqos_core.files.ignoring import patterns
-from cqos_core.files.loading import load_paths
-from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
+from cqos_core.files.path_loader import load_paths
+from cqos_core.files.source_files import STDIN, STDIN_NAME, read_stream
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
-from cqos_core.model.problems import CqosError, InputError, InvalidValueError, Problem
+from cqos_core.model.problems import InvalidValueError, Problem
 from cqos_core.model.settings import Place
 from cqos_core.model.source import OPTIONS, VARIABLES
-from cqos_core.plugins import FILES_VARIABLE, load_plugins
+from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from cqos_core.cli.reading_options import ReadingOptions
     from cqos_core.config import Config
-    from cqos_core.files.loading import GivenSource, Loaded
+    from cqos_core.files.path_loader import Loaded
+    from cqos_core.files.source_reader import GivenSource
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.source import Source
     from cqos_core.model.system import System
-    from cqos_core.packs.pack import RulePack
-    from cqos_core.plugins import ImporterOption
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-@dataclass(frozen=True, slots=True)
-class ReadingOptions:
-    """What the command line says about reading; the fields are the parameters of the options below."""
-
-    importer: str | None
-    protocol: str | None
-    pack_files: tuple[str, ...]
-    assumptions: tuple[Assignment, ...]
-    switches: tuple[Assignment, ...]
-    variables: tuple[Assignment, ...]
-    stdin_name: str
-    excluded: tuple[str, ...]
-    config_file: str | None
-    no_config: bool
-    of_importers: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-
-
-_OPTIONS = (
-    click.option(
-        "--from",
-        "importer",
-        type=Registered("importers", "FORMAT"),
-        help="Read every file as this format; without it, each file's format is detected. `cqos packs` lists the formats.",
-    ),
-    protocol_option,
-    packs_option,
-    assumptions_option,
-    click.option(
-        "--switch",
-        "switches",
-        type=AssignmentType("IMPORTER.NAME=VALUE", "bpmn.message_flows=true"),
-        multiple=True,
-        help="A switch of an importer, for instance bpmn.message_flows=true. Can be repeated.",
-    ),
-    variables_option,
-    click.option(
-        "--stdin-name",
-        metavar="NAME",
-        default=STDIN_NAME,
-        help="What to call standard input (the path `-`) in messages. A path lets it include files of that folder.",
-    ),
-    click.option(
-        "--exclude",
-        "excluded",
-        metavar="PATTERN",
-        multiple=True,
-        help="What a search of folders passes over, as in .gitignore and relative to the working directory. Can be "
-        "repeated. Hidden, generated and ignored files are passed over anyway.",
-    ),
-    click.option("--config", "config_file", metavar="FILE", help=CONFIG),
-    no_config_option,
-)
-
-
-def reading_options(command: Callable[..., R]) -> Callable[..., R]:
-    """Add the options about reading to a command, which gets them as one parameter ``reading``."""
-    names = [each.name for each in fields(ReadingOptions) if each.name != "of_importers"]
-
-    @functools.wraps(command)
-    def folded(*args: Any, **kwargs: Any) -> R:
-        own: dict[str, dict[str, str]] = {}
-        for importer, option in _declared():
-            if values := kwargs.pop(_parameter(option), ()):
-                own.setdefault(importer, {})[option.switch] = "\n".join(values)
-        given = {name: kwargs.pop(name) for name in names}
-        return command(*args, reading=ReadingOptions(**given, of_importers=own), **kwargs)
-
-    setattr(folded, READS_SYSTEMS, True)
-    return functools.reduce(lambda inner, option: option(inner), reversed(_OPTIONS), folded)
-
-
-def with_importer_options(command: click.Command) -> click.Command:
-    """Add the options that importers declare to a command that reads systems, once."""
-    known = [each.name for each in command.params]
-    if getattr(command.callback, READS_SYSTEMS, False):
-        at = known.index(_LAST) + 1
-        command.params[at:at] = [
-            click.Option(
-                [each.option, _parameter(each)], metavar=each.metavar, multiple=True, help=each.help, show_default=False
-            )
-            for _, each in _declared()
-            if _parameter(each) not in known
-        ]
-    return command
-
-
-def options_given(ctx: click.Context) -> list[str]:
-    """Return the options about reading that the command line of a run has, as another command takes them."""
-    names = {each.name for each in fields(ReadingOptions)} | {_parameter(option) for _, option in _declared()}
-    words: list[str] = []
-    for param in ctx.command.params:
-        if param.name in names and ctx.get_parameter_source(param.name) is ParameterSource.COMMANDLINE:
-            value = ctx.params[param.name]
-            for each in value if isinstance(value, list | tuple) and not isinstance(value, Assignment) else [value]:
-                words += [param.opts[0]] if each is True else [param.opts[0], _as_given(each)]
-    return words
-
-
-def _as_given(value: str | Assignment) -> str:
-    return f"{value.name}={value.value}" if isinstance(value, Assignment) and value.owner == VARIABLES else str(value)
-
-
-_LAST = "no_config"
-
-
-def _declared() -> list[tuple[str, ImporterOption]]:
-    return [(info.name, each) for info in load_plugins().importers.values() for each in info.options]
-
-
-def _parameter(option: ImporterOption) -> str:
-    return option.option.lstrip("-").replace("-", "_")
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,7 +147,7 @@ class InputReader:
         Raises:
             InputError: with what is wrong with all of them.
         """
-        from cqos_core.files.applying import read_texts
+        from cqos_core.files.source_reader import read_texts
 
         switches = self._switches_with_options()
         return self.tried(read_texts(files, texts, self.options.importer, switches, self.protocol, self.folders))
@@ -414,54 +288,9 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
     return switches
 
 
-def read_packs(paths: Iterable[str]) -> list[RulePack]:
-    """Read all rule pack files, and tell everything that is wrong with any of them."""
-    packs: list[RulePack] = []
-    problems: list[Problem] = []
-    for path in paths:
-        # pydantic, which it needs, is slow to import.
-        from cqos_core.packs.pack_file import read_pack
-
-        try:
-            packs.append(read_pack(read_path(path)))
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(problems)
-    return packs
-
-
-def install_packs(files: Iterable[str]) -> None:
-    """Let rule pack files count as installed, in this process and in those that it starts.
-
-    Raises:
-        InputError: one of them cannot be used.
-        CqosError: another pack has its id.
-    """
-    paths = [os.path.abspath(path) for path in files]  # noqa: PTH100 - a link keeps its name
-    known = {name: load_plugins().owner("packs", name) for name in load_plugins().packs} if paths else {}
-    for path, pack in zip(paths, read_packs(paths), strict=True):
-        if pack.id in known:
-            raise CqosError(
-                f"{path}: there is a rule pack `{pack.id}` already, from {known[pack.id]}", "give the pack another id"
-            )
-        known[pack.id] = path
-    if paths:
-        os.environ[FILES_VARIABLE] = os.pathsep.join(paths)
-        load_plugins.cache_clear()
-        load_plugins()
-
-
-def packs_here(files: Iterable[str]) -> list[RulePack]:
-    """Read the rule pack files of the nearest configuration, and ``files``."""
-    from cqos_core.config import config_for
-
-    return read_packs((*config_for(".").packs, *files))
-
-
 def _check_assumption(assumption: Assignment, where: Context, known: Iterable[str]) -> None:
     """Refuse an option that would have no effect; the packs judge the same of what files say as findings."""
-    from cqos_core.behaviour.sequences import OPTION, OWNER, READINGS
+    from cqos_core.behaviour.catch_option import OPTION, OWNER, READINGS
 
     if assumption.owner == OWNER:
         if assumption.name != OPTION or assumption.value not in READINGS:

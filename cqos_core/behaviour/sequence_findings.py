@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.drawn import THROWN, behaviour_finding, draft, finite, is_one_of, keep, kept_for, time_text
+from cqos_core.behaviour.catch_option import AT_TOKEN, BUFFERED, OPTION, OWNER, UNBUFFERED
+from cqos_core.behaviour.finding_parts import THROWN, behaviour_finding, draft, time_text
+from cqos_core.behaviour.policy_values import finite, is_one_of, keep, kept_for
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.matching.judge import apart
 from cqos_core.model.dataclass import dataclass
@@ -15,15 +17,13 @@ from cqos_core.resolving.facts import fact
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.drawn import Drawn
+    from cqos_core.behaviour.flow_model import Drawn
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 
-OWNER: Final = "bpmn"
-OPTION: Final = "catch"
-AT_TOKEN, UNBUFFERED, BUFFERED = READINGS = ("at_token", "standing_unbuffered", "standing_buffered")
-"""What becomes of a sample that comes while no token waits for it: values of the option ``bpmn.catch``."""
+
 _CLOCKS: Final = "the clocks of both devices agree"
+
 _IN_ORDER: Final = "samples of different topics arrive in the order in which they are sent"
 
 

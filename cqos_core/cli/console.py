@@ -1,11 +1,11 @@
-"""Where the command writes: results to standard output, all else to standard error, and files whole or not at all."""
+"""What the command prints: results to standard output, all else to standard error."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from typing import TextIO
 
 import click
@@ -14,9 +14,13 @@ from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.problems import CqosError, Problem
 
 COLOR_CHOICES = ("auto", "always", "never")
+
 _EXCERPTS = 20  # problems of one run that are shown with their line
+
 _USUAL_WIDTH = 100
+
 _SHOWN_BYTES = 16 * 1024 * 1024
+
 _ROLES = {"warning", "note", "help"}
 
 
@@ -137,56 +141,3 @@ def _discard_output() -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
-
-
-def replace_files(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> None:
-    """Write new contents of files that were read: of none where one of them changed since.
-
-    Args:
-        texts: the new contents by path.
-        before: what was read.
-
-    Raises:
-        CqosError: a file changed, or it cannot be written; it holds what it held before.
-    """
-    from cqos_core.files.writing import replace_all  # few runs write files
-
-    with _named_errors():
-        replace_all(texts, before)
-
-
-def write_new_file(path: str, text: str) -> None:
-    """Write a file that is not there yet, so that it holds all of ``text``.
-
-    Raises:
-        CqosError: it is there, or it cannot be written; nothing is left behind.
-    """
-    from cqos_core.files.writing import write_new
-
-    with _named_errors(path):
-        write_new(path, text.encode("utf-8", "backslashreplace"))
-
-
-def write_file(path: str, text: str) -> None:
-    """Write a file so that it holds all of ``text``, or what it held before.
-
-    Raises:
-        CqosError: it cannot be written; nothing is left behind.
-    """
-    from cqos_core.files.writing import write_whole
-
-    with _named_errors(path):
-        write_whole(path, text.encode("utf-8", "backslashreplace"))
-
-
-@contextlib.contextmanager
-def _named_errors(path: str = "") -> Iterator[None]:
-    """Say which file is not written, and why; ``path`` is as the user wrote it."""
-    from cqos_core.files.writing import ChangedFileError
-
-    try:
-        yield
-    except ChangedFileError as error:
-        raise CqosError(f"{path or error.filename} is not written: {error.strerror}") from None
-    except OSError as error:
-        raise CqosError(f"cannot write {path or error.filename}: {error.strerror}") from None

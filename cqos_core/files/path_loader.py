@@ -1,0 +1,261 @@
+"""Paths become systems: files and folders are found, read, and their problems collected."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import field
+from itertools import count
+from typing import TYPE_CHECKING
+
+from cqos_core.files.entrances import Ways, find_ways, read_whole
+from cqos_core.files.file_search import File, Found, find_files
+from cqos_core.files.importer_choice import _claims, recognise
+from cqos_core.files.source_files import HEAD, STDIN, STDIN_NAME, open_file, read_path
+from cqos_core.files.source_reader import GivenSource, _parts, _read_all
+from cqos_core.model.dataclass import dataclass
+from cqos_core.model.entrance import ProblemWithLines
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.settings import Place
+from cqos_core.model.source import Opener, Source, no_files
+from cqos_core.model.system import System
+from cqos_core.plugins import ImporterInfo, Plugins, load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from cqos_core.files.entrances import Way
+    from cqos_core.files.ignoring import Patterns
+    from cqos_core.model.entrance import Entrance
+
+
+@dataclass(frozen=True, slots=True)
+class FileOutcome:
+    """What reading one file gave: a system, or what is wrong with it."""
+
+    file: File
+    system: System | None = None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(slots=True)
+class Loaded:
+    """What reading some paths gave.
+
+    Attributes:
+        outcomes: one per file that was read, or should have been.
+        skipped: foreign files passed over in directories.
+        not_searched: folders that were passed over: generated, or excluded.
+        parts: files that are no systems of their own, each with one that includes it.
+        unsearched: problems of directories that cannot be searched.
+        ways: how named paths are read that no importer reads as they are named.
+        folders: what was read as one folder, by path, so that it can be read again.
+        left: parts of systems that are not read because of such a way, each with its importer.
+        covered: parts of systems where such a way reads what it refers to, and nothing else.
+    """
+
+    outcomes: list[FileOutcome] = field(default_factory=list)
+    skipped: int = 0
+    not_searched: tuple[str, ...] = ()
+    parts: dict[str, str] = field(default_factory=dict)
+    unsearched: tuple[Problem, ...] = ()
+    ways: Ways = field(default_factory=Ways)
+    folders: dict[str, GivenSource] = field(default_factory=dict)
+    left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
+    covered: list[File] = field(default_factory=list)
+
+    @property
+    def systems(self) -> list[tuple[str, System]]:
+        """The systems that were read, each with its path."""
+        return [(each.file.path, each.system) for each in self.outcomes if each.system is not None]
+
+    @property
+    def unused(self) -> list[str]:
+        """The covered parts to which nothing that was read refers."""
+        read = {os.path.realpath(name) for _, system in self.systems for name in system.sources}
+        return [each.path for each in self.covered if os.path.realpath(each.path) not in read]
+
+    @property
+    def problems(self) -> list[Problem]:
+        """Everything that could not be read, and why; once, also where it is in a file that several include."""
+        found = (problem for each in self.outcomes for problem in each.problems)
+        return [*self.unsearched, *dict.fromkeys(found)]
+
+
+def with_texts(texts: Mapping[str, bytes]) -> Opener:
+    """Return what opens files; ``texts`` has bytes that count instead of those of files, by real path."""
+
+    def opener(name: str, relative_to: str) -> Source:
+        path = os.path.join(os.path.dirname(relative_to), name)  # noqa: PTH118, PTH120 - as in `find_files`
+        data = None if name.endswith("/") else texts.get(os.path.realpath(path))
+        return open_file(name, relative_to) if data is None else Source(path, data)
+
+    return opener
+
+
+def folder_reader(plugins: Plugins, switches: Mapping[str, Mapping[str, str]]) -> str:
+    """Return the importer that reads folders as one system, as its switch asks for; empty where none does."""
+    asked = (info.name for info in plugins.importers.values() if info.folders_with in switches.get(info.name, ()))
+    return next(asked, "")
+
+
+def load_paths(
+    paths: Iterable[str],
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    stdin: Source | None = None,
+    *,
+    protocol: str | Callable[[str], str | None] | None = None,
+    excluded: Sequence[Patterns] = (),
+    step: Callable[[int, int], None] = lambda _done, _all: None,
+    texts: Mapping[str, bytes] | None = None,
+    entering: bool = False,
+) -> Loaded:
+    """Read every path; directories are searched. Nothing is raised: problems are collected.
+
+    Args:
+        paths: files and directories; ``-`` is ``stdin``.
+        importer: read all of them with this importer.
+        switches: importer switches by importer and name.
+        stdin: what ``-`` stands for.
+        protocol: of files that state none; or what says it of each path.
+        excluded: what a search of folders passes over.
+        step: called after each file with the number of read files and the number of all.
+        texts: bytes that count instead of those of files, by real path.
+        entering: read what `find_ways` finds, unless the caller states an importer or the switch for folders. Where a
+            person has to choose, only whole systems of folders are read.
+    """
+    plugins, named = load_plugins(), [*paths]
+    reader = folder_reader(plugins, switches or {})
+    found, whole = _files(named, plugins, importer, excluded, reader)
+    not_searched, unsearched = tuple(found.not_searched), tuple(found.problems)
+    loaded = Loaded(skipped=len(found.skipped), not_searched=not_searched, unsearched=unsearched)
+    if entering and not reader and importer is None:
+        _enter(named, found, loaded, plugins)
+    ways = loaded.ways
+    folders = whole | {file.path for file in ways.taken}
+    opener = with_texts(texts) if texts else open_file
+    done = count(1)
+    given: dict[int, GivenSource] = {}
+    results: dict[int, System | InputError] = {}
+    for position, file in enumerate(found.files):
+        try:
+            if file.path in whole:
+                given[position] = GivenSource(Source(file.path, b""), opener, reader)
+                continue
+            if same := ways.taken.get(file):
+                given[position] = _through(same, file.path, opener)
+                continue
+            if file.path in ways.refused and file.named:
+                results[position] = _refused(file.path, ways.refused[file.path])
+                continue
+            source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
+            if source is not None:
+                own = no_files if source.name == STDIN_NAME else opener
+                meant = protocol(file.path) if callable(protocol) else protocol
+                given[position] = GivenSource(source, own, importer, meant)
+                continue
+            loaded.skipped += 1
+        except InputError as error:
+            results[position] = error
+        step(next(done), len(found.files))
+    loaded.folders = {each.source.name: each for each in given.values() if each.source.name in folders}
+    read = _read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
+    results |= zip(given, read, strict=True)
+    _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)
+    return loaded
+
+
+def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins) -> None:
+    """Find entrances, and put what is read through them in the place of what is named."""
+    folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    ways = loaded.ways = find_ways(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
+    entered = {way.path for same in ways.taken.values() for way in same}
+    kept = []
+    for file in found.files:
+        part = _part(file, plugins) if file.folder in ways.narrowed else None
+        if part is not None and not ways.covers(file.path):
+            loaded.left.append((file, part))
+        elif part is not None:
+            loaded.covered.append(file)
+        elif not (file.named and file.path in entered):
+            kept.append(file)
+    ways.leave_open({file.folder for file, _ in loaded.left})
+    # Without the entrance, what is named beside it would be a system that nobody has.
+    found.files = [] if ways.open and any(each.named for each in kept) else [*ways.taken, *kept]
+
+
+def _is_unclaimed(path: str, plugins: Plugins) -> bool:
+    """Whether there is a file that no importer reads; what else is wrong with it is found where it is read."""
+    try:
+        return recognise(read_path(path, HEAD), plugins) is None
+    except InputError:
+        return False
+
+
+def _refused(path: str, entrance: Entrance) -> InputError:
+    return InputError([ProblemWithLines("CQ003", entrance.message, Place(path), "write", entrance.commands)])
+
+
+def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:
+    info = ways[0].importer
+    value = "\n".join(dict.fromkeys(way.entrance.value for way in ways))
+    return GivenSource(Source(folder, b""), opener, info.name, None, {info.name: {info.folders_with: value}})
+
+
+def _part(file: File, plugins: Plugins) -> ImporterInfo | None:
+    """Return the importer of a file, if it is a part of a system."""
+    try:
+        info = recognise(read_path(file.path, HEAD), plugins)
+    except InputError:
+        return None  # what is wrong with it is found where it is read
+    return None if info is None or info.whole else info
+
+
+def _outcome(file: File, result: System | InputError) -> FileOutcome:
+    return FileOutcome(file, result) if isinstance(result, System) else FileOutcome(file, problems=result.problems)
+
+
+def _files(
+    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], reader: str
+) -> tuple[Found, set[str]]:
+    """Return what paths stand for, and the folders among them that the importer ``reader`` reads whole."""
+    if not reader:
+        return find_files(paths, plugins, importer, excluded), set()
+    folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
+    every = find_files(folders if len(folders) > 1 else (), plugins, importer, excluded)
+    whole = {*read_whole(folders, every, plugins.importers[reader], plugins)}
+    found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
+    found.files[:0] = [File(path) for path in paths if path in whole]
+    return found, whole
+
+
+def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
+    """Add outcomes to what is loaded; files that others include are parts of those."""
+    parts = _parts({each.file.path: each.system for each in outcomes if each.system is not None})
+    for each in outcomes:
+        whole = parts.get(os.path.realpath(each.file.path))
+        if whole is None:
+            loaded.outcomes.append(each)
+        else:
+            loaded.parts[each.file.path] = whole
+
+
+def _open(
+    file: File, plugins: Plugins, importer: str | None, texts: Mapping[str, bytes] | None = None
+) -> Source | None:
+    """Read a file; None if it was found in a directory and no importer claims it.
+
+    A YAML file in a directory may be anything; only a file that was named must be ours.
+    """
+    data = texts.get(os.path.realpath(file.path)) if texts else None
+    given = None if data is None else Source(file.path, data)
+    if not file.named:
+        head = given or read_path(file.path, HEAD)
+        claimed = (
+            _claims(plugins.importers[importer], head.name, head.data[:HEAD], plugins)
+            if importer
+            else recognise(head, plugins)
+        )
+        if not claimed:
+            return None
+    return given or read_path(file.path)

@@ -1,0 +1,74 @@
+"""The worker processes for calls without memory."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.remote.refusal import Refused
+from cqos_core.service import frames
+from cqos_core.service.fair_scheduler import Turns
+from cqos_core.service.worker import METHOD_NAMES
+from cqos_core.service.worker_process import DiedError, LostError, Process
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.service.settings import Limits
+
+
+_NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
+
+
+class Pool:
+    """Workers for calls without memory."""
+
+    def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
+        """Keep as many as the limits allow; call ``lost`` with the reason for each that had to be ended."""
+        self._limits = limits
+        self._lost = lost
+        self._all = [Process(limits) for _ in range(limits.workers)]
+        # One that had to be ended is started again before the next call needs it.
+        self._turns = Turns(self._all, Process.start, limits.waiting)
+
+    async def warm(self) -> None:
+        """Start one process, so that the first call need not wait for it."""
+        await self._all[0].start()
+
+    @property
+    def waiting(self) -> int:
+        """How many calls wait for a worker."""
+        return self._turns.waiting
+
+    async def call(self, caller: str, kind: int, method: str, data: bytes, seconds: float) -> bytes:
+        """Let a worker answer a call of a kind of `frames`; waiting for one counts.
+
+        Where its process dies, another one is asked once: an answer has no effect but itself.
+
+        Raises:
+            Refused: it is refused, too many wait already, or it took too long.
+            FailedError: it failed.
+        """
+        frame, loop = frames.Frame(kind, _NUMBERS.get(method, 0), data), asyncio.get_running_loop()
+        until = loop.time() + seconds
+
+        def left() -> float:
+            return max(until - loop.time(), 0.001)
+
+        died = None
+        while True:
+            try:
+                return await self._turns.use(caller, lambda process: process.call(frame, left()), left())
+            except asyncio.TimeoutError:
+                if died is not None:
+                    raise died.refused from None
+                raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
+            except LostError as error:
+                self._lost(str(error))
+                if died is not None or not isinstance(error, DiedError):
+                    raise error.refused from None
+                died = error
+
+    async def close(self) -> None:
+        """End all."""
+        await asyncio.gather(*(each.close() for each in self._all))
