@@ -174,7 +174,7 @@ def conformance(_: list[str]) -> int:
     runs = (
         ("proofs", "200", "2026"),
         ("guarantees", "cyclonedds", "fastdds", "mosquitto"),
-        ("second_opinion", "record"),
+        ("spin_comparison", "record"),
         ("budgets",),
         ("table", "20000", "2026"),
         ("mqtt_table",),
@@ -188,7 +188,7 @@ def conformance(_: list[str]) -> int:
 def tables(arguments: list[str]) -> int:
     """Write the tables of the paper and of the public incidents again; return 1 if that fails."""
     setup(everything=True)
-    return run_steps([("tables", [tool("python"), "-m", "tests.tables", *arguments])])
+    return run_steps([("tables", [tool("python"), "-m", "tests.paper_tables", *arguments])])
 
 
 def bench(arguments: list[str]) -> int:

@@ -12,9 +12,9 @@ from cqos_core.analysis.pair_judge import check_pair, pack_is_there
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
 from cqos_core.files.inputs import Input, read, source_of
-from cqos_core.files.merging import merge
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.system_faults import faults, faults_of
+from cqos_core.files.system_merge import merge
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import Context, context, with_options

@@ -12,7 +12,7 @@ import sys
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
-from cqos_core.files.ignoring import patterns
+from cqos_core.files.ignore_patterns import patterns
 from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.shapes import TEXT, TEXTS, one_of
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from cqos_core.files.ignoring import Patterns
+    from cqos_core.files.ignore_patterns import Patterns
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.model.settings import Settings

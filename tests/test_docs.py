@@ -30,7 +30,7 @@ import pytest
 from cqos_core.language import expression
 from cqos_core.language.parsing import parse
 from cqos_core.plugins import load_plugins
-from tests.command import Done, run, run_here
+from tests.command_process import Done, run, run_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

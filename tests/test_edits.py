@@ -4,8 +4,8 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core import Edit, Place
-from cqos_core.files.editing import insert
-from cqos_core.files.edits import edited
+from cqos_core.files.text_edits import edited
+from cqos_core.files.yaml_edits import insert
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins, named
 

@@ -18,8 +18,8 @@ from cqos_core.language.policy import Policy
 from cqos_core.language.values import INFINITE, MAXIMUM_WORLDS, Anything, Depends, WrittenValue, in_world
 from cqos_core.language.vocabulary import Function, Vocabulary, role_of, scope_of
 from cqos_core.model.problems import ConditionError, PackError
-from tests.sentences import DOMAINS, INTERVALS, SECOND, WORDS, known, sentences, values
-from tests.worlds import CARRIER, DELAY, POLICIES
+from tests.made_up_protocol import CARRIER, DELAY, POLICIES
+from tests.random_conditions import DOMAINS, INTERVALS, SECOND, WORDS, known, sentences, values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -104,7 +104,7 @@ def test_a_stated_value_differs_from_an_equal_default():
         assert here.judge(b, values()).result is False
 
 
-# An oracle: every generated sentence comes with what it means (`tests.sentences`)
+# An oracle: every generated sentence comes with what it means (`tests.random_conditions`)
 
 
 @given(sentences, known, known, st.sampled_from(INTERVALS))

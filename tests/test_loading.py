@@ -7,7 +7,7 @@ import pytest
 
 from cqos_core.files import source_files
 from cqos_core.files.file_search import File, find_files
-from cqos_core.files.ignoring import patterns
+from cqos_core.files.ignore_patterns import patterns
 from cqos_core.files.importer_choice import recognise
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.source_files import read_path

@@ -19,7 +19,7 @@ from cqos_core.plugins import (
     load_from,
     load_plugins,
 )
-from tests.plugins.installing import install
+from tests.plugins.distributions import install
 
 HOOK = """
 from cqos_core.plugins import *

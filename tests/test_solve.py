@@ -12,8 +12,8 @@ from cqos_core.language.binding import bind
 from cqos_core.language.parsing import parse
 from cqos_core.language.solve import solutions
 from cqos_core.language.values import INFINITE, Anything, Depends
-from tests.sentences import DOMAINS, SECOND, WORDS, known, pair_sentences, sentences, values
-from tests.worlds import POLICIES
+from tests.made_up_protocol import POLICIES
+from tests.random_conditions import DOMAINS, SECOND, WORDS, known, pair_sentences, sentences, values
 
 UNKNOWN = Anything("nobody knows")
 

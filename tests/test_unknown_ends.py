@@ -9,7 +9,7 @@ from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires
 from cqos_core.packs.rule_docs import as_text, rule_page
-from tests.worlds import CARE, POST, RETURNED, checked, reader, world, writer
+from tests.made_up_protocol import CARE, POST, RETURNED, checked, reader, world, writer
 
 
 def test_an_error_of_the_importer_about_an_endpoint_leaves_its_pairs_unknown():

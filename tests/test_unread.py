@@ -3,7 +3,7 @@
 import pytest
 
 from cqos_core.files.source_reader import read_source
-from cqos_core.files.unread import unread
+from cqos_core.files.unrecognised_files import unread
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins

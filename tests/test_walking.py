@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.files.walking import Skipped, walk
+from cqos_core.files.folder_walk import Skipped, walk
 
 DEEP = 1_600
 """Folders: more than Python calls into each other, and more than a path of Linux has room for."""
@@ -79,7 +79,7 @@ def test_a_walk_is_in_the_order_and_as_far_as_the_caller_wants(tmp_path):
 
 
 def test_a_check_of_such_a_folder_says_what_it_skipped(hostile):
-    from tests.command import run
+    from tests.command_process import run
 
     done = run(["check", hostile.name, "--format", "concise"], hostile.parent)
     assert done.code == 0, done.err
@@ -92,7 +92,7 @@ def test_a_check_of_such_a_folder_says_what_it_skipped(hostile):
 
 def test_an_editor_checks_a_document_in_such_a_folder(hostile):
     pytest.importorskip("cqos_lsp")
-    from cqos_lsp.checking import Checker
+    from cqos_lsp.document_checks import Checker
 
     path = str(hostile / "a.yaml")
     text = SYSTEM.replace("subscribes: {/t: }", "subscribes: {/t: {durability: transient_local}}").encode()
@@ -131,7 +131,7 @@ def test_learning_from_such_a_folder_says_what_it_skipped(hostile):
 
 def test_an_audit_of_such_a_folder_ends(hostile):
     from tests.bulk.needed import needed
-    from tests.command import run
+    from tests.command_process import run
 
     for name in ("narwhals", "duckdb", "pyarrow"):
         needed(name)

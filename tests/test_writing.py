@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.files import writing
-from cqos_core.files.writing import ChangedFileError, is_same_file, replace_all, replace_whole, write_new
+from cqos_core.files import atomic_writes
+from cqos_core.files.atomic_writes import ChangedFileError, is_same_file, replace_all, replace_whole, write_new
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_what_changes_while_the_draft_is_written_is_left(file, monkeypatch):
 
 def test_a_line_that_is_added_between_the_last_comparison_and_the_replacement_is_kept(file, monkeypatch):
     appended = file.open("ab")
-    monkeypatch.setattr(writing, "_is_being_written", lambda _: False)  # as on systems that do not tell
+    monkeypatch.setattr(atomic_writes, "_is_being_written", lambda _: False)  # as on systems that do not tell
     real = Path.replace
 
     def replace(draft, target):

@@ -11,7 +11,7 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.export import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
@@ -23,7 +23,7 @@ from cqos_core.resolving.facts import fact
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.files.exporting import Judged
+    from cqos_core.files.export import Judged
     from cqos_core.language.values import Plain, Value
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
 from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
-from cqos_core.behaviour.timers import mean_periods
+from cqos_core.behaviour.timer_findings import mean_periods
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause

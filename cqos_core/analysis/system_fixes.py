@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from cqos_core.checking.checker import check_system
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.export import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity

@@ -5,17 +5,17 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.counting import Counting, added, is_single
+from cqos_core.behaviour.event_order import Order
+from cqos_core.behaviour.event_rates import Counting, added, is_single
 from cqos_core.behaviour.graph import joined
-from cqos_core.behaviour.order import Order
-from cqos_core.behaviour.reach import reached, single_waits
+from cqos_core.behaviour.reachability import reached, single_waits
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence
 
-    from cqos_core.behaviour.counting import Rate
+    from cqos_core.behaviour.event_rates import Rate
     from cqos_core.behaviour.graph import Graph, Wiring
-    from cqos_core.behaviour.reach import Reached
+    from cqos_core.behaviour.reachability import Reached
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
-from cqos_core.behaviour.waiting import least
+from cqos_core.behaviour.wait_times import least
 
 _DEEPEST: Final = 12
 """How deep loops are looked into that are nested in one node; nothing is known of deeper ones."""

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.catch_option import reading_of, unknown_reading
 from cqos_core.behaviour.flow_model import Drawn, draws
-from cqos_core.behaviour.rounds import round_findings
+from cqos_core.behaviour.repetition_findings import round_findings
 from cqos_core.behaviour.sequence_findings import sequence_findings
-from cqos_core.behaviour.timers import timer_findings
-from cqos_core.behaviour.unreachable import unreachable_findings
+from cqos_core.behaviour.timer_findings import timer_findings
+from cqos_core.behaviour.unreachable_findings import unreachable_findings
 
 if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline

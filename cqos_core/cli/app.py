@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import click
 
 from cqos_core.cli.console import width
+from cqos_core.cli.errors import RefusedError, say_cqos_error, say_error, say_lines, say_refused
 from cqos_core.cli.exit_codes import BROKEN_PIPE, INTERNAL, INTERRUPTED, UNUSABLE
 from cqos_core.cli.help import help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
-from cqos_core.cli.refusals import RefusedError, say_cqos_error, say_error, say_lines, say_refused
 from cqos_core.model.problems import CqosError, MissingError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
 

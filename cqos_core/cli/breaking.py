@@ -10,9 +10,10 @@ import click
 
 from cqos_core.analysis.breaking import find_breaks
 from cqos_core.cli.console import colored, emit, say, say_problems, width
-from cqos_core.cli.entrances import entered_notes
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_choices import entered_notes
 from cqos_core.cli.input_reader import obstacles, prepare
 from cqos_core.cli.parameters import (
     against_option,
@@ -24,19 +25,18 @@ from cqos_core.cli.parameters import (
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError
+from cqos_core.files.check_units import units
 from cqos_core.files.revisions import NotThereError, at_same_paths
 from cqos_core.files.source_files import STDIN
-from cqos_core.files.units import units
-from cqos_core.formatters.breaks import ComparedVersions, breaks_as_json, breaks_as_markdown, breaks_as_text
+from cqos_core.formatters.breaking_changes import ComparedVersions, breaks_as_json, breaks_as_markdown, breaks_as_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.analysis.breaking import Break
     from cqos_core.cli.input_reader import InputReader
+    from cqos_core.files.check_units import Unit
     from cqos_core.files.path_loader import Loaded
-    from cqos_core.files.units import Unit
 
 
 @click.command(

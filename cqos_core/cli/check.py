@@ -14,11 +14,14 @@ import click
 from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
 from cqos_core.cli.console import colored, emit, say, say_problems, width
-from cqos_core.cli.entrances import entered_notes
+from cqos_core.cli.errors import RefusedError, refused, say_error
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.file_output import write_file
+from cqos_core.cli.finding_filter import counted, rules_of
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_choices import entered_notes
 from cqos_core.cli.input_reader import obstacles, prepare
+from cqos_core.cli.outputs import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.parameters import (
     Registered,
     Run,
@@ -38,13 +41,10 @@ from cqos_core.cli.parameters import (
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, options_given, reading_options
-from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.selection import counted, rules_of
-from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
+from cqos_core.files.check_units import units
 from cqos_core.files.source_files import STDIN, read_path
-from cqos_core.files.units import units
-from cqos_core.formatters.several import said_once
-from cqos_core.formatters.wording import listed
+from cqos_core.formatters.multi_system import said_once
+from cqos_core.formatters.phrases import listed
 from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, plural
@@ -56,13 +56,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
-    from cqos_core.cli.fixing import FixOutcome
+    from cqos_core.cli.check_fixes import FixOutcome
+    from cqos_core.cli.finding_filter import Counted
     from cqos_core.cli.input_reader import InputReader
-    from cqos_core.cli.selection import Counted
-    from cqos_core.cli.sinks import Sink
+    from cqos_core.cli.outputs import Sink
     from cqos_core.config import Config
+    from cqos_core.files.check_units import Unit
     from cqos_core.files.path_loader import Loaded
-    from cqos_core.files.units import Unit
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.finding import Edit
     from cqos_core.model.problems import Problem
@@ -193,7 +193,7 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if STDIN in paths or options.fix or options.show_diff or options.write_baseline:
         what = "--watch goes with neither `-`, --fix, --diff nor --write-baseline"
         raise RefusedError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
-    from cqos_core.cli.watching import watch  # which few runs need
+    from cqos_core.cli.watch import watch  # which few runs need
 
     ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, options)))
 
@@ -333,7 +333,7 @@ class _Check:
         system = reader.tried(unit.systems)
         report = self.counted(self._judged(system, reader, step))
         if (options.fix or options.show_diff) and report.findings:
-            from cqos_core.cli.fixing import fixed
+            from cqos_core.cli.check_fixes import fixed
 
             done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
@@ -504,7 +504,7 @@ class _Check:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
         if self.fixes:
-            from cqos_core.cli.fixing import ended
+            from cqos_core.cli.check_fixes import ended
 
             for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
                 self._note(text)

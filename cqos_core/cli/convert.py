@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import RefusedError, refused, say_error
 from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
 from cqos_core.cli.input_reader import prepare
+from cqos_core.cli.outputs import check_targets, written_by
 from cqos_core.cli.parameters import (
     Registered,
     color_option,
@@ -22,10 +24,8 @@ from cqos_core.cli.parameters import (
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.sinks import check_targets, written_by
-from cqos_core.files.exporting import ExportContext, Exported
-from cqos_core.files.folders import write_folder
+from cqos_core.files.export import ExportContext, Exported
+from cqos_core.files.folder_writer import write_folder
 from cqos_core.model.finding import plural
 from cqos_core.plugins import load_plugins
 

@@ -9,13 +9,13 @@ import click
 
 from cqos_core.analysis.differences import compare
 from cqos_core.cli.console import colored, emit, width
+from cqos_core.cli.errors import RefusedError, say_error
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.input_reader import prepare, usable
 from cqos_core.cli.parameters import against_option, color_option, debug_option, fail_on_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.files.revisions import at_same_paths
 from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.differences import diff_as_json, diff_as_text

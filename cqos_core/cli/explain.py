@@ -13,13 +13,13 @@ import click
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.console import colored, emit, say, width
+from cqos_core.cli.errors import RefusedError, say_error
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.input_reader import prepare
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option, show_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.pair import SECTIONS, endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
 from cqos_core.matching.pipeline import Pipeline

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NoReturn
 
 from cqos_core.analysis.runtime_logs import Explained, explain_alone, explain_misfits
 from cqos_core.cli.console import colored, emit, width
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS
 from cqos_core.cli.input_reader import InputReader, prepare
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.refusals import RefusedError
 from cqos_core.files.source_files import STDIN, STDIN_NAME
-from cqos_core.formatters.misfits import misfits_as_json, misfits_as_text
+from cqos_core.formatters.log_mismatches import misfits_as_json, misfits_as_text
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Group, Report

@@ -18,7 +18,7 @@ def replace_files(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> No
     Raises:
         CqosError: a file changed, or it cannot be written; it holds what it held before.
     """
-    from cqos_core.files.writing import replace_all  # few runs write files
+    from cqos_core.files.atomic_writes import replace_all  # few runs write files
 
     with _named_errors():
         replace_all(texts, before)
@@ -30,7 +30,7 @@ def write_new_file(path: str, text: str) -> None:
     Raises:
         CqosError: it is there, or it cannot be written; nothing is left behind.
     """
-    from cqos_core.files.writing import write_new
+    from cqos_core.files.atomic_writes import write_new
 
     with _named_errors(path):
         write_new(path, text.encode("utf-8", "backslashreplace"))
@@ -42,7 +42,7 @@ def write_file(path: str, text: str) -> None:
     Raises:
         CqosError: it cannot be written; nothing is left behind.
     """
-    from cqos_core.files.writing import write_whole
+    from cqos_core.files.atomic_writes import write_whole
 
     with _named_errors(path):
         write_whole(path, text.encode("utf-8", "backslashreplace"))
@@ -51,7 +51,7 @@ def write_file(path: str, text: str) -> None:
 @contextlib.contextmanager
 def _named_errors(path: str = "") -> Iterator[None]:
     """Say which file is not written, and why; ``path`` is as the user wrote it."""
-    from cqos_core.files.writing import ChangedFileError
+    from cqos_core.files.atomic_writes import ChangedFileError
 
     try:
         yield

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import say, say_problems
-from cqos_core.cli.entrances import command_problems, entered_notes, open_problems
+from cqos_core.cli.errors import RefusedError, refused, say_error
 from cqos_core.cli.exit_codes import UNUSABLE
+from cqos_core.cli.input_choices import command_problems, entered_notes, open_problems
 from cqos_core.cli.pack_files import read_packs
 from cqos_core.cli.parameters import (
     Assignment,
@@ -19,8 +20,7 @@ from cqos_core.cli.parameters import (
     refuse_absent,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.files.ignoring import patterns
+from cqos_core.files.ignore_patterns import patterns
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.source_files import STDIN, STDIN_NAME, read_stream
 from cqos_core.matching.pipeline import context, with_options
@@ -112,7 +112,7 @@ class InputReader:
             info = load_plugins().importers[name]
             first = next((each for each in info.options if each.switch == info.folders_with), None)
             if first is not None and first.switch in own and not any(map(os.path.isdir, paths)):
-                from cqos_core.cli.entrances import with_folder
+                from cqos_core.cli.input_choices import with_folder
 
                 command = with_folder(info, own[first.switch].split("\n")[0], paths)
                 message = f"{first.option} needs a folder among the paths, whose files are looked up"
@@ -191,7 +191,7 @@ class InputReader:
         if len(systems) == 1:
             merged = systems[0]
         else:
-            from cqos_core.files.merging import merge
+            from cqos_core.files.system_merge import merge
 
             merged = merge(systems)
         # The configuration is no source of the system: it is not what was checked.

@@ -40,7 +40,7 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.cli.pack_files import install_packs
     from cqos_core.service.modeler_state import port_secret, run_key, user_secret
-    from cqos_core.service.process import serve
+    from cqos_core.service.server_process import serve
     from cqos_core.service.settings import Limits, Settings, new_key
 
     for each in map(Path, files):

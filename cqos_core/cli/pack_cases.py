@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import emit
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.pack_files import read_packs
 from cqos_core.cli.parameters import debug_option
-from cqos_core.cli.refusals import RefusedError
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import listed
 from cqos_core.plugins import load_plugins

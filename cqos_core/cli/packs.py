@@ -5,6 +5,8 @@ from __future__ import annotations
 import click
 
 from cqos_core.cli.console import emit, width
+from cqos_core.cli.errors import RefusedError, refused
+from cqos_core.cli.outputs import written_by
 from cqos_core.cli.pack_files import packs_here
 from cqos_core.cli.parameters import (
     Registered,
@@ -15,8 +17,6 @@ from cqos_core.cli.parameters import (
     packs_option,
     refuse_absent,
 )
-from cqos_core.cli.refusals import RefusedError, refused
-from cqos_core.cli.sinks import written_by
 from cqos_core.formatters.inventory import inventory, inventory_as_text, pack_as_text
 from cqos_core.formatters.json_report import versioned
 from cqos_core.packs.catalogue import describe_pack

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 import click
 
 from cqos_core.cli.console import COLOR_CHOICES
-from cqos_core.cli.refusals import RefusedError
+from cqos_core.cli.errors import RefusedError
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.source import VARIABLES

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import click
 
 from cqos_core.cli.console import colored, emit, say, width
+from cqos_core.cli.errors import RefusedError, say_error
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.file_output import replace_files
 from cqos_core.cli.input_reader import prepare
 from cqos_core.cli.parameters import color_option, debug_option, diff_option, fix_option, form_option, show_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
 from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.plans import PlanWords, plan_as_json, plan_as_text
 from cqos_core.model.dataclass import dataclass

@@ -15,16 +15,16 @@ import click
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.console import colored, emit, say
+from cqos_core.cli.errors import RefusedError, say_error
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
 from cqos_core.cli.input_reader import prepare
+from cqos_core.cli.outputs import STDOUT, PairingCommand, Sink, check_targets, pair_sinks
 from cqos_core.cli.parameters import color_option, debug_option, formats_option, nearest, output_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.sinks import STDOUT, PairingCommand, Sink, check_targets, pair_sinks
 from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.proofs import recorded, timeline
 from cqos_core.formatters.terminal import clean, paint

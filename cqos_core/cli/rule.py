@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import emit, width
+from cqos_core.cli.errors import refused
 from cqos_core.cli.pack_files import packs_here
 from cqos_core.cli.parameters import debug_option, nearest, one_format_option, packs_option
-from cqos_core.cli.refusals import refused
 from cqos_core.packs.catalogue import describe_code, describe_rule
 from cqos_core.packs.rule_docs import as_markdown, as_text, code_page, find, names, rule_page
 from cqos_core.plugins import load_plugins

@@ -10,9 +10,9 @@ from typing import Any, Final, TypeAlias
 
 import click
 
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import CONFIG, debug_option, nearest, no_config_option
-from cqos_core.cli.refusals import RefusedError
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
 
 _Decorator: TypeAlias = "Callable[[Callable[..., Any]], Callable[..., Any]]"
@@ -204,7 +204,7 @@ def serve(pack_files: tuple[str, ...], **given: Any) -> None:
       cqos serve --listen 0.0.0.0:50051 --tls-cert cert.pem --tls-key key.pem --token-file tokens
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.cli.pack_files import install_packs
-    from cqos_core.service.process import serve as run
+    from cqos_core.service.server_process import serve as run
 
     install_packs(pack_files)
     run(settings_from(given, os.environ.get(_TOKEN)))

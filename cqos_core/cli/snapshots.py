@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from cqos_core.cli.console import emit
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.file_output import write_file
+from cqos_core.cli.outputs import check_targets
 from cqos_core.cli.parameters import output_option, watch_option
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.sinks import check_targets
-from cqos_core.files.exporting import ExportContext
+from cqos_core.files.export import ExportContext
 from cqos_core.files.yaml_writer import write
 from cqos_core.plugins import load_plugins
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.bpmn.names import POLICY_NAMES
 from cqos_core.bpmn.rewriting import Diagram
-from cqos_core.files.exporting import Exported, judged
+from cqos_core.files.export import Exported, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Cases
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.bpmn.rewriting import Tag
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, Judged
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Setting
     from cqos_core.model.system import System

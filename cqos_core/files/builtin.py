@@ -32,7 +32,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{_CLAIMS}:claims_yaml",
             "cqos_core.importers.yaml_system:read",
             whole=True,
-            inserter="cqos_core.files.editing:insert",
+            inserter="cqos_core.files.yaml_edits:insert",
         )
     )
 

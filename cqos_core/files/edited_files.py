@@ -8,10 +8,10 @@ from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
 
-from cqos_core.files.edits import edited, replacements
+from cqos_core.files.atomic_writes import replace_all
 from cqos_core.files.importer_choice import recognise
 from cqos_core.files.source_files import read_path
-from cqos_core.files.writing import replace_all
+from cqos_core.files.text_edits import edited, replacements
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.grouping import grouped

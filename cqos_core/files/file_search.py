@@ -6,7 +6,7 @@ import os
 from dataclasses import field
 from typing import TYPE_CHECKING
 
-from cqos_core.files.ignoring import Ignored
+from cqos_core.files.ignore_patterns import Ignored
 from cqos_core.files.source_files import STDIN
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import Problem
@@ -15,7 +15,7 @@ from cqos_core.model.settings import Place
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.files.ignoring import Patterns
+    from cqos_core.files.ignore_patterns import Patterns
     from cqos_core.plugins import Plugins
 
 
@@ -80,7 +80,7 @@ def find_files(
 
 
 def _files_below(root: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
-    from cqos_core.files.walking import Skipped, walk  # single files need none
+    from cqos_core.files.folder_walk import Skipped, walk  # single files need none
 
     skipped: list[Skipped] = []
     for inner, folders, names in walk(root, skipped):

@@ -8,12 +8,12 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Final, TypeAlias
 
-from cqos_core.files.merging import merge
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.source_files import open_file, read_path
 from cqos_core.files.source_reader import GivenSource, read_together
 from cqos_core.files.system_copy import copied
 from cqos_core.files.system_faults import faults
+from cqos_core.files.system_merge import merge
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source, no_files
 from cqos_core.model.system import (

@@ -7,7 +7,7 @@ from dataclasses import field
 from itertools import count
 from typing import TYPE_CHECKING
 
-from cqos_core.files.entrances import Ways, find_ways, read_whole
+from cqos_core.files.detected_inputs import Ways, find_ways, read_whole
 from cqos_core.files.file_search import File, Found, find_files
 from cqos_core.files.importer_choice import _claims, recognise
 from cqos_core.files.source_files import HEAD, STDIN, STDIN_NAME, open_file, read_path
@@ -23,8 +23,8 @@ from cqos_core.plugins import ImporterInfo, Plugins, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.files.entrances import Way
-    from cqos_core.files.ignoring import Patterns
+    from cqos_core.files.detected_inputs import Way
+    from cqos_core.files.ignore_patterns import Patterns
     from cqos_core.model.entrance import Entrance
 
 

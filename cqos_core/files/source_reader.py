@@ -48,7 +48,7 @@ def read_source(
     plugins = load_plugins()
     info = recognise(source, plugins, importer, {*beside, *_given_protocols(protocol)})
     if info is None:
-        from cqos_core.files.unread import unread
+        from cqos_core.files.unrecognised_files import unread
 
         raise InputError([unread(source, plugins)])
 
@@ -243,7 +243,7 @@ def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: st
         system.protocol = protocol or default_protocol(info.name, plugins)
     system.partial = system.partial or not info.whole
     if any(each.addresses for each in system.brokers.values()):
-        from cqos_core.files.merging import join_addresses  # which few files need
+        from cqos_core.files.system_merge import join_addresses  # which few files need
 
         join_addresses(system)  # of files that it includes
     return system

@@ -6,8 +6,8 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.design import design_of, is_not_known, with_shared_profiles
-from cqos_core.files.exporting import Exported
+from cqos_core.files.export import Exported
+from cqos_core.files.yaml_design import design_of, is_not_known, with_shared_profiles
 from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.model.grouping import grouped
@@ -16,8 +16,8 @@ from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.files.design import Design
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
+    from cqos_core.files.yaml_design import Design
     from cqos_core.files.yaml_text import Node
     from cqos_core.importers.forms import Form
     from cqos_core.model.settings import Setting, Settings

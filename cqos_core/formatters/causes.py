@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
@@ -47,7 +47,7 @@ class Cause:
     @property
     def helps(self) -> list[str]:
         """What to do about any of them, one sentence each."""
-        return list(dict.fromkeys(sentence for finding in self.findings for sentence in wording.helps(finding)))
+        return list(dict.fromkeys(sentence for finding in self.findings for sentence in phrases.helps(finding)))
 
 
 def causes(findings: Sequence[Finding], style: Style) -> list[Cause]:

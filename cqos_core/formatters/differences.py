@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.difference import ComparedSide
@@ -53,7 +53,7 @@ def _values(differences: Iterable[Different], at: Mapping[Place, Place]) -> list
             other = "" if each.a.id == each.b.id else f", in B `{clean(each.b.id)}`"
             lines.append(f"  {_named(each.a)}{other}")
         values = " and ".join(
-            f"{clean(wording.value(fact))} in {side}{_where(fact.place, at)}"
+            f"{clean(phrases.value(fact))} in {side}{_where(fact.place, at)}"
             for side, fact in (("A", each.value_a), ("B", each.value_b))
         )
         lines.append(f"    {each.policy} is {values}")
@@ -65,7 +65,7 @@ def _named(end: Named) -> str:
 
 
 def _where(place: Place | None, at: Mapping[Place, Place]) -> str:
-    return "" if place is None else f" ({clean(wording.position(at.get(place, place)))})"
+    return "" if place is None else f" ({clean(phrases.position(at.get(place, place)))})"
 
 
 def _summary(found: Diff) -> str:

@@ -7,7 +7,7 @@ from dataclasses import field
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.places import Places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Side, plural
@@ -36,7 +36,7 @@ def render_full(report: Report, style: Style) -> str:
     blocks: list[str] = []
     apart: list[str] = []  # of several systems, each with its verdict
     for one in report.parts or (report,):
-        findings = wording.shown(one, style)
+        findings = phrases.shown(one, style)
         places = Places(findings, style.sources)
         page = _Page(style, places, _gutter(findings, places), said)
         explained = any(each.code != _NOTHING and each.severity is not Severity.NOTE for each in findings)
@@ -46,11 +46,11 @@ def render_full(report: Report, style: Style) -> str:
         ]
         if report.parts and not found and blocks and apart:
             blocks[-1] += "\n" + "\n".join(
-                wording.verdict(one, style, paint)
+                phrases.verdict(one, style, paint)
             )  # nothing to tell it apart from the line before
             continue
         blocks += found
-        apart = ["\n".join(wording.verdict(one, style, paint))] if report.parts else []
+        apart = ["\n".join(phrases.verdict(one, style, paint))] if report.parts else []
         blocks += apart
     blocks.append("\n".join(_end(report, style)))
     return "\n\n".join(blocks) + "\n"
@@ -83,15 +83,15 @@ def _end(report: Report, style: Style) -> Iterator[str]:
     """Yield what no check can see, and the verdict, or the total of several systems."""
     paint = terminal.paint(color=style.color)
     if style.losses:
-        from cqos_core.formatters.changes import losses
+        from cqos_core.formatters.snapshot_changes import losses
 
         yield from losses(report)
     listed = "; ".join(report.not_checked)
     count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
     not_checked = [f"not checked: {listed if style.not_checked else count}"] if listed else []
-    for text in (*not_checked, *(wording.coverage(report) if style.coverage else ()), *wording.assumed(report)):
+    for text in (*not_checked, *(phrases.coverage(report) if style.coverage else ()), *phrases.assumed(report)):
         yield from (paint(line, "quiet") for line in terminal.hanging(style.width, text, 0))
-    yield from wording.conclusion(report, style, paint)
+    yield from phrases.conclusion(report, style, paint)
 
 
 def _gutter(findings: Iterable[Finding], places: Places) -> int:
@@ -160,7 +160,7 @@ class _Page:
         """Yield the lines of one finding."""
         yield from self.headline(finding)
         yield from self._sides(finding)
-        for sentence in wording.helps(finding):
+        for sentence in phrases.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
         for sentence in (*_notes(finding), *(note for note in finding.notes if self._said.is_new("note", note))):
             yield from self._paragraph("note:", "title", sentence)
@@ -215,7 +215,7 @@ class _Page:
     def _rest(self, side: Side) -> Iterator[str]:
         pointed = _pointed(side)
         if rest := [fact for fact in side.facts if fact not in pointed]:
-            values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in rest)
+            values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in rest)
             yield from self._paragraph("  =", "frame", f"also {values}")
 
     def _mark(self, side: Side, pen: _Pen, fact: Fact | None, place: Place | None) -> _Mark:
@@ -239,8 +239,8 @@ class _Page:
         """Yield where one side stands, with the policies of its marks."""
         first = marks[0]
         policies = ", ".join(mark.policy for mark in marks if mark.policy)
-        who = wording.listed(first.side.members) + (f" . {policies}" if policies else "")
-        where = "" if first.place is None else wording.position(first.place)
+        who = phrases.listed(first.side.members) + (f" . {policies}" if policies else "")
+        where = "" if first.place is None else phrases.position(first.place)
         said = first.text if first.excerpt is None else ""
         parts = [part for part in map(terminal.clean, (where, who, said)) if part]
         if parts:  # a finding about the whole system has no place
@@ -353,10 +353,10 @@ class _Line:
 
 def saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
     """What to write at a value: a label, and the value itself only where it cannot be read from what is underlined."""
-    label = wording.label(label, fact)
+    label = phrases.label(label, fact)
     if excerpt is not None and _reads(excerpt, fact.value):
-        return ", ".join(part for part in (label, wording.origin(fact)) if part), ""
-    value = wording.value(fact)
+        return ", ".join(part for part in (label, phrases.origin(fact)) if part), ""
+    value = phrases.value(fact)
     if excerpt is not None and _ZERO.search(_marked(excerpt)):
         value = f"`0` means {value}"
     return label, value
@@ -374,8 +374,8 @@ def _reads(excerpt: Excerpt, value: str) -> bool:
 
 def _notes(finding: Finding) -> Iterator[str]:
     if finding.worlds:
-        yield wording.worlds(finding.worlds)
+        yield phrases.worlds(finding.worlds)
     topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
     if finding.pairs > 1 or len(topics) > 1:
         pairs = f"{plural(finding.pairs, 'pair')} like this" if finding.pairs else "the same"
-        yield pairs + (f" on {wording.listed(topics)}" if topics else "")
+        yield pairs + (f" on {phrases.listed(topics)}" if topics else "")

@@ -10,7 +10,7 @@ from collections import Counter
 from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree as ET
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.places import Places
 
 # XML has no way to write most control characters; this spells them.
@@ -32,9 +32,9 @@ def render_junit(report: Report, style: Style) -> str:
     """Return the report as a JUnit document, with a test suite for each system that was checked by itself."""
     suites = ET.Element("testsuites")
     parts = report.parts or (report,)
-    alike = Counter(map(wording.heading, parts))
+    alike = Counter(map(phrases.heading, parts))
     for part in parts:
-        name = wording.heading(part)
+        name = phrases.heading(part)
         # Dashboards put together what has one name.
         apart = f" ({part.sources[0]})" if name and alike[name] > 1 and part.sources else ""
         _add_suite(suites, clean(f"{name}{apart}" or "C-QoS"), part, style)
@@ -61,9 +61,9 @@ def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> N
     suite.attrib |= dict(zip(_COUNTED, map(str, (len(suite), failures, 0, skipped)), strict=True))
     ET.SubElement(suite, "system-out").text = _lines(
         [
-            f"{report.verdict_words}{wording.beside(report)}: {wording.counts(report, style, asks=False)}",
-            *(wording.coverage(report) if report.coverage.unread else ()),
-            *wording.assumed(report),
+            f"{report.verdict_words}{phrases.beside(report)}: {phrases.counts(report, style, asks=False)}",
+            *(phrases.coverage(report) if report.coverage.unread else ()),
+            *phrases.assumed(report),
             *(f"not checked: {item}" for item in report.not_checked),
         ]
     )
@@ -77,7 +77,7 @@ def _fill(case: ET.Element, verdict: Verdict, findings: Sequence[Finding], place
         message = clean(errors[0].message + more)
         failure = ET.SubElement(case, "failure", message=message, type=clean(errors[0].code))
         failure.text = _lines(
-            line for error in errors for line in (_line(error, places), *map(_indented, wording.helps(error)))
+            line for error in errors for line in (_line(error, places), *map(_indented, phrases.helps(error)))
         )
     elif verdict is not Verdict.COMPATIBLE:
         ET.SubElement(case, "skipped", message=clean(_reason(verdict, findings)))
@@ -87,7 +87,7 @@ def _fill(case: ET.Element, verdict: Verdict, findings: Sequence[Finding], place
 
 
 def _line(finding: Finding, places: Places) -> str:
-    place = "" if finding.place is None else f"{wording.position(places.exact(finding.place))}: "
+    place = "" if finding.place is None else f"{phrases.position(places.exact(finding.place))}: "
     accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
     return f"{place}{finding.severity}[{finding.code}] {finding.message}{accepted}"
 

@@ -6,7 +6,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.causes import causes
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json, versioned
@@ -87,7 +87,7 @@ def _policies(
     def color(piece: str, column: int) -> str:
         return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
 
-    say = wording.value if origins else _bare
+    say = phrases.value if origins else _bare
     rows = [row for each in comparisons if (row := _row(each, ends[0].pack, say)) is not None]
     return table(_HEADER, rows, style.width, color)
 
@@ -121,7 +121,7 @@ def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], s
         (rest, "more finding", "more findings", "findings"),
     )
     more = [f"{count} {one if count == 1 else many} (--show {word})" for count, one, many, word in hidden if count > 0]
-    lines += [*wording.assumed(report), *hanging(style.width, f"more: {', '.join([*more, 'all (--show all)'])}", 0)]
+    lines += [*phrases.assumed(report), *hanging(style.width, f"more: {', '.join([*more, 'all (--show all)'])}", 0)]
     return lines
 
 
@@ -196,7 +196,7 @@ def _compared(comparisons: Sequence[PolicyComparison], ends: tuple[Resolved, Res
 
 
 def _row(
-    comparison: PolicyComparison, pack: RulePack, say: Callable[[Fact], str] = wording.value
+    comparison: PolicyComparison, pack: RulePack, say: Callable[[Fact], str] = phrases.value
 ) -> tuple[str, ...] | None:
     """Return the row of a policy; None for what the pack derives, if it derives nothing here and no rule compares it."""
     policy = next(each for each in pack.policies if each.name == comparison.policy)

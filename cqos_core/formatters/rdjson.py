@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
 from cqos_core.model.encoding import Lines, decode
@@ -27,7 +27,7 @@ Json = dict[str, Any]
 
 def render_rdjson(report: Report, style: Style) -> str:
     """Return one diagnostic for each finding that is not accepted, with its fix where that changes one place in the file of the finding."""
-    findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
+    findings = [finding for finding in phrases.shown(report, style) if finding.accepted is None]
     writer = _Diagnostics(Places(findings, style.sources), style, next(iter(report.sources), ""))
     listed = [writer.diagnostic(each, fixed=number < _MOST_FIXED) for number, each in enumerate(findings)]
     address = {"url": style.documentation} if style.documentation else {}
@@ -48,7 +48,7 @@ class _Diagnostics:
         url = self._style.rule_url(finding.code)
         suggestions = self._suggestions(finding) if fixed else []
         return {
-            "message": wording.message_and_helps(finding),
+            "message": phrases.message_and_helps(finding),
             "location": self._location(finding.place),
             "severity": _SEVERITIES[finding.severity],
             "code": {"value": finding.code, **({"url": url} if url else {})},

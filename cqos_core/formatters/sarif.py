@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
@@ -54,7 +54,7 @@ def render_sarif(report: Report, style: Style) -> str:
             "topics": report.topics,
             "pairs": report.pair_count,
             "notChecked": list(report.not_checked),
-            "assumed": [*wording.assumed(report)],
+            "assumed": [*phrases.assumed(report)],
             "coverage": report.coverage.to_dict(),
         },
     }
@@ -115,7 +115,7 @@ class _Result:
             "ruleId": finding.code,
             "ruleIndex": rule_index,
             "level": finding.severity.value,
-            "message": {"text": wording.message_and_helps(finding)},
+            "message": {"text": phrases.message_and_helps(finding)},
             "locations": self._locations(),
             **({"relatedLocations": related} if related else {}),
             **({"fixes": fixes} if fixes else {}),
@@ -185,7 +185,7 @@ class _Result:
             replaced = self._style.replaced(remedy.edits) if remedy.edits else {}
             if replaced:
                 yield {
-                    "description": {"text": wording.fix(remedy)},
+                    "description": {"text": phrases.fix(remedy)},
                     "artifactChanges": [self._change(source, made) for source, made in replaced.items()],
                 }
 
@@ -215,10 +215,10 @@ def _region(lines: Lines, start: int, end: int) -> Json:
 
 
 def _stated(side: Side) -> Iterator[tuple[Place, str]]:
-    who = wording.listed(side.members) or side.role
+    who = phrases.listed(side.members) or side.role
     for fact in side.facts:
         if (place := fact.place or side.place) is not None:
-            label = wording.label(side.label, fact)
-            yield place, f"{who}: {fact.policy} {wording.value(fact)}{label and f', {label}'}"
+            label = phrases.label(side.label, fact)
+            yield place, f"{who}: {fact.policy} {phrases.value(fact)}{label and f', {label}'}"
     if not side.facts and side.place is not None:
         yield side.place, f"{who}{side.label and f', {side.label}'}"

@@ -6,7 +6,7 @@ from collections import Counter
 from itertools import takewhile
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.full import pointed_at, render_excerpt
 from cqos_core.formatters.places import Places
@@ -47,7 +47,7 @@ _NOTHING: Final = "CQ404"  # the other findings say why nothing was compared
 def render_text(report: Report, style: Style) -> str:
     """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
     paint = terminal.paint(color=style.color)
-    parts = [(part, causes(wording.shown(part, style), style)) for part in report.parts or (report,)]
+    parts = [(part, causes(phrases.shown(part, style), style)) for part in report.parts or (report,)]
     found = [cause for _, part in parts for cause in part]
     page = Page(style, Places([each for cause in found for each in cause.findings], style.sources))
     summary = len(found) > _FEW and not style.listed
@@ -57,14 +57,14 @@ def render_text(report: Report, style: Style) -> str:
         if not summary:
             blocks += [page.finding(each, alone=not explained) for each in own]
         if report.parts:
-            verdict = [*wording.verdict(part, style, paint)]
+            verdict = [*phrases.verdict(part, style, paint)]
             if blocks and blocks[-1].verdict and (summary or not own):
                 blocks[-1].lines.extend(verdict)  # nothing to tell it apart from the line before
             else:
                 blocks.append(_Block(verdict, verdict=True))
-    end = [*_remarks(report, style, found, summary=summary), *wording.conclusion(report, style, paint)]
+    end = [*_remarks(report, style, found, summary=summary), *phrases.conclusion(report, style, paint)]
     if not found and not report.parts:  # a correct design is one line
-        end[-1] = "; ".join([end[-1], *wording.assumed(report)])
+        end[-1] = "; ".join([end[-1], *phrases.assumed(report)])
     if summary:
         room = _SCREEN - sum(len(each.lines) + 1 for each in blocks) - len(end)
         blocks[1:1] = page.worst(found, room)
@@ -75,12 +75,12 @@ def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: b
     """Yield what is said above the verdict."""
     paint = terminal.paint(color=style.color)
     if style.losses:
-        from cqos_core.formatters.changes import losses
+        from cqos_core.formatters.snapshot_changes import losses
 
         yield from losses(report)
     texts = [f"not checked: {'; '.join(report.not_checked)}"] if style.not_checked and report.not_checked else []
-    texts += wording.coverage(report) if style.coverage else ()
-    texts += wording.assumed(report) if found or report.parts else ()
+    texts += phrases.coverage(report) if style.coverage else ()
+    texts += phrases.assumed(report) if found or report.parts else ()
     if style.codes and not found:
         texts.append("there is no finding of the rules that --show names")
     if found:
@@ -149,7 +149,7 @@ class Page:
                 lines = self._paragraph("help:", "help", sentence, 1 if own else _HELP)
                 parts.append((1 if own else 4, [*lines, *own]))
         if first.worlds:
-            parts.append((6, self._paragraph("note:", "title", wording.worlds(first.worlds), 1)))
+            parts.append((6, self._paragraph("note:", "title", phrases.worlds(first.worlds), 1)))
         if first.accepted is not None:
             parts.append((0, self._paragraph("accepted:", "title", first.accepted, 1)))
         return _Block(_fitting(parts))
@@ -190,7 +190,7 @@ class Page:
             if place is None or place in seen:
                 continue
             seen.add(place)
-            where = wording.position(self._places.exact(place))
+            where = phrases.position(self._places.exact(place))
             line = _short(f"{where}  {_said(side)}".rstrip(), self._style.width - 6)
             lines.append([f"  {self._paint(':::' if lines else '-->', 'frame')} {line}"])
         return (lines[0] if lines else []), (lines[1] if len(lines) > 1 else [])
@@ -312,8 +312,8 @@ def _said(side: Side) -> str:
     facts = [fact for fact, _ in pointed_at(side) if fact is not None]
     if not facts:
         return side.name
-    values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in facts)
-    label = wording.label(side.label, facts[0])
+    values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in facts)
+    label = phrases.label(side.label, facts[0])
     return f"{label}: {values}" if label else values
 
 

@@ -201,7 +201,7 @@ class Derivation:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Which policies say something about time: `cqos_core.behaviour.timers` and its like compares them with what control flow says.
+    """Which policies say something about time: `cqos_core.behaviour.timer_findings` and its like compares them with what control flow says.
 
     Names are those of policies; where the pack has no such policy they are empty. A pair is a policy and those of its values that
     have the meaning.

@@ -21,10 +21,10 @@ from google.protobuf import json_format
 
 from cqos_core.remote.asked import decode, decode_json
 from cqos_core.remote.refusal import Refused, session_lost, too_much
-from cqos_core.service import frames
+from cqos_core.service import worker_frames
 from cqos_core.service.answer_cache import Remembered
-from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to
-from cqos_core.service.callers import Caller, Callers, origin
+from cqos_core.service.call_handlers import METHODS, PAIRS, answer, answer_of_stream, answer_to
+from cqos_core.service.caller_quotas import Caller, Callers, origin
 from cqos_core.service.log_lines import tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
 from cqos_core.service.session_host import Sessions
@@ -33,7 +33,7 @@ from cqos_core.service.worker_pool import Pool
 from cqos_core.service.worker_process import FailedError
 
 if TYPE_CHECKING:
-    from cqos_core.service.observing import Observer
+    from cqos_core.service.telemetry import Observer
 
 
 _REMEMBERED_SIZE: Final = 64 * 1024
@@ -147,7 +147,7 @@ class Calls:
             seconds = self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
             if method in SESSIONS:
                 return await self._of_session(caller, method, data, seconds, json=json)
-            kind = frames.ANSWER_JSON if json else frames.ANSWER
+            kind = worker_frames.ANSWER_JSON if json else worker_frames.ANSWER
             if len(data) > _REMEMBERED_SIZE:
                 return await self.pool.call(caller.name, kind, method, data, seconds)
             if not json:
@@ -195,7 +195,7 @@ class Calls:
             if small and not browser and self.callers.may_answer_here(caller):
                 known = await self._here(caller, partial(answer_to, method, request, self.limits.endpoints))
             else:
-                known = await self.pool.call(caller.name, frames.ANSWER, method, asked, seconds)
+                known = await self.pool.call(caller.name, worker_frames.ANSWER, method, asked, seconds)
             self._answers.put(key, known)
         return revision + known  # whose field has the same number
 
@@ -212,7 +212,7 @@ class Calls:
             if self.callers.may_answer_here(caller):
                 yield await self._here(caller, partial(answer_of_stream, data))
             else:
-                yield await self.pool.call(caller.name, frames.ANSWER_PAIR, PAIRS, data, self.limits.seconds)
+                yield await self.pool.call(caller.name, worker_frames.ANSWER_PAIR, PAIRS, data, self.limits.seconds)
 
     async def edit(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer the edits of a session.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos.v1 import session_pb2
-from cqos_core.service import frames
+from cqos_core.service import worker_frames
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,6 +38,6 @@ class ModelCopy:
 
     def frames(self) -> Iterator[tuple[int, bytes]]:
         """Yield the calls that open it again, each with its kind of `frames`."""
-        yield frames.OPEN_MODEL, self._opening.SerializeToString()
+        yield worker_frames.OPEN_MODEL, self._opening.SerializeToString()
         for each in self._changes:
-            yield frames.EDIT_SESSION, each
+            yield worker_frames.EDIT_SESSION, each

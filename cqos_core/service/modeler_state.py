@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Any, Final
 
-from cqos_core.files.writing import write_whole
+from cqos_core.files.atomic_writes import write_whole
 from cqos_core.service.settings import new_key
 
 MOST_DRAFTS: Final = 50

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from cqos_core.files.writing import ChangedFileError, replace_whole, write_new
+from cqos_core.files.atomic_writes import ChangedFileError, replace_whole, write_new
 from cqos_core.service.modeler_state import Drafts, port_secret, run_key
 from cqos_core.service.settings import split_address
 

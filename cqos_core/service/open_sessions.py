@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos.v1 import session_pb2
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import SESSION_ELSEWHERE, Refused, no_session
-from cqos_core.service.answers import METHODS
+from cqos_core.service.call_handlers import METHODS
 from cqos_core.service.log_lines import tell
 from cqos_core.service.worker_process import FailedError, LostError, SessionGoneError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Coroutine, Mapping
 
-    from cqos_core.service.callers import Caller, Callers
-    from cqos_core.service.observing import Meter
+    from cqos_core.service.caller_quotas import Caller, Callers
     from cqos_core.service.session_host import HostedModel, Sessions
+    from cqos_core.service.telemetry import Meter
 
 _CALL: Final = "/cqos.v1.SessionService/"
 SESSIONS: Final[Mapping[str, tuple[Any, Any]]] = {

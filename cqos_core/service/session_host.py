@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.remote.refusal import BUSY, Refused, session_lost
-from cqos_core.service import frames
+from cqos_core.service import worker_frames
 from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.model_copies import ModelCopy
 from cqos_core.service.worker_process import DiedError, FailedError, LostError, Process, SessionGoneError, SpentError
@@ -16,7 +16,7 @@ from cqos_core.service.worker_process import DiedError, FailedError, LostError, 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
-    from cqos_core.service.callers import Caller, Shared
+    from cqos_core.service.caller_quotas import Caller, Shared
     from cqos_core.service.settings import Limits
 
 
@@ -132,7 +132,7 @@ class Sessions:
 
     async def leave(self, home: _Home, caller: str, number: int) -> None:
         """Close a session in a process."""
-        frame = frames.Frame(frames.CLOSE_SESSION, number, b"")
+        frame = worker_frames.Frame(worker_frames.CLOSE_SESSION, number, b"")
         with suppress(LostError, FailedError, Refused):  # a process that ended has no session any more
             await home.turns.use(caller, lambda process: process.call(frame, self.limits.seconds))
 
@@ -163,7 +163,7 @@ class HostedModel:
             self._opening = True
             try:
                 answered = await process.call(
-                    frames.Frame(frames.OPEN_MODEL, self._number, data), self._house.limits.seconds
+                    worker_frames.Frame(worker_frames.OPEN_MODEL, self._number, data), self._house.limits.seconds
                 )
             except LostError as error:
                 self._lost(self._home, error)
@@ -213,9 +213,9 @@ class HostedModel:
         try:
             if self._number not in home.sessions:
                 for kind, message in copy.frames():
-                    await process.call(frames.Frame(kind, self._number, message), seconds)
+                    await process.call(worker_frames.Frame(kind, self._number, message), seconds)
                 home.sessions[self._number] = self._caller
-            answered = await process.call(frames.Frame(frames.EDIT_SESSION, self._number, data), seconds)
+            answered = await process.call(worker_frames.Frame(worker_frames.EDIT_SESSION, self._number, data), seconds)
         except LostError as error:
             self._lost(home, error)
             raise
@@ -229,7 +229,7 @@ class HostedModel:
 
     async def _forgotten(self, process: Process, home: _Home) -> None:
         if home.sessions.pop(self._number, None) is not None:
-            frame = frames.Frame(frames.CLOSE_SESSION, self._number, b"")
+            frame = worker_frames.Frame(worker_frames.CLOSE_SESSION, self._number, b"")
             with suppress(LostError, FailedError, Refused):
                 await process.call(frame, self._house.limits.seconds)
 
@@ -306,7 +306,9 @@ class HostedSession:
         try:
             if self._number not in home.sessions:
                 await self._settle(home, process)
-            return await process.call(frames.Frame(frames.EDIT_SESSION, self._number, data), self._house.limits.seconds)
+            return await process.call(
+                worker_frames.Frame(worker_frames.EDIT_SESSION, self._number, data), self._house.limits.seconds
+            )
         except LostError as error:
             # The others that live there go on from what was kept of them.
             self._house.lost(str(error))
@@ -316,11 +318,13 @@ class HostedSession:
     async def _settle(self, home: _Home, process: Process) -> None:
         """Begin in a process, or go on there."""
         if not self._begun:
-            frame = frames.Frame(frames.OPEN_SESSION, self._number, b"")
+            frame = worker_frames.Frame(worker_frames.OPEN_SESSION, self._number, b"")
         elif self._messages is None:
             raise LostError("its process ended", "ABORTED")
         else:
-            frame = frames.Frame(frames.REOPEN_SESSION, self._number, frames.packed(self._messages))
+            frame = worker_frames.Frame(
+                worker_frames.REOPEN_SESSION, self._number, worker_frames.packed(self._messages)
+            )
         await process.call(frame, self._house.limits.seconds)
         self._begun = True
         home.sessions[self._number] = self._caller

@@ -6,7 +6,7 @@ import asyncio
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.remote.refusal import Refused
-from cqos_core.service import frames
+from cqos_core.service import worker_frames
 from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.worker import METHOD_NAMES
 from cqos_core.service.worker_process import DiedError, LostError, Process
@@ -49,7 +49,7 @@ class Pool:
             Refused: it is refused, too many wait already, or it took too long.
             FailedError: it failed.
         """
-        frame, loop = frames.Frame(kind, _NUMBERS.get(method, 0), data), asyncio.get_running_loop()
+        frame, loop = worker_frames.Frame(kind, _NUMBERS.get(method, 0), data), asyncio.get_running_loop()
         until = loop.time() + seconds
 
         def left() -> float:

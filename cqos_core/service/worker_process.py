@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from google.rpc import status_pb2
 
 from cqos_core.remote.refusal import WORKER_LOST, Refused, StatusRefused
-from cqos_core.service import frames
+from cqos_core.service import worker_frames
 
 if TYPE_CHECKING:
     from cqos_core.service.settings import Limits
@@ -70,7 +70,7 @@ class Process:
         self._turn = asyncio.Lock()
         self._closed = False
 
-    async def call(self, frame: frames.Frame, seconds: float) -> bytes:
+    async def call(self, frame: worker_frames.Frame, seconds: float) -> bytes:
         """Let it answer, within the time that is left.
 
         The answer has to be awaited even if the caller goes away: the next caller must not get it.
@@ -90,14 +90,14 @@ class Process:
                 raise LostError(f"it took more than {seconds:g} seconds", "DEADLINE_EXCEEDED") from None
             except (OSError, EOFError):
                 raise await self._died(process) from None
-            if answer.kind == frames.SPENT:
+            if answer.kind == worker_frames.SPENT:
                 await self._died(process)
                 raise SpentError(status_pb2.Status.FromString(answer.data))
-        if answer.kind == frames.OK:
+        if answer.kind == worker_frames.OK:
             return answer.data
-        if answer.kind == frames.GONE:
+        if answer.kind == worker_frames.GONE:
             raise DiedError("its process ended", "ABORTED")
-        if answer.kind == frames.REFUSED:
+        if answer.kind == worker_frames.REFUSED:
             raise StatusRefused(status_pb2.Status.FromString(answer.data))
         raise FailedError(answer.data.decode())
 
@@ -163,7 +163,7 @@ def _service_ends() -> LostError:
     return LostError("the service ends", "UNAVAILABLE")
 
 
-async def _exchange(process: asyncio.subprocess.Process, frame: frames.Frame) -> frames.Frame:
+async def _exchange(process: asyncio.subprocess.Process, frame: worker_frames.Frame) -> worker_frames.Frame:
     calls = process.stdin
     assert calls is not None  # noqa: S101 - it is a pipe
     calls.write(frame.encoded())
@@ -172,8 +172,8 @@ async def _exchange(process: asyncio.subprocess.Process, frame: frames.Frame) ->
     return await _answered(process)
 
 
-async def _answered(process: asyncio.subprocess.Process) -> frames.Frame:
+async def _answered(process: asyncio.subprocess.Process) -> worker_frames.Frame:
     answers = process.stdout
     assert answers is not None  # noqa: S101 - it is a pipe
-    kind, number, size = frames.head(await answers.readexactly(frames.HEAD_SIZE))
-    return frames.Frame(kind, number, await answers.readexactly(size))
+    kind, number, size = worker_frames.head(await answers.readexactly(worker_frames.HEAD_SIZE))
+    return worker_frames.Frame(kind, number, await answers.readexactly(size))

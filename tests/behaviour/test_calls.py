@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 import cqos_core as cqos
+from cqos_core.files.check_units import units
 from cqos_core.files.path_loader import load_paths
-from cqos_core.files.units import units
 from tests.behaviour.drawing import model
 from tests.behaviour.test_cases import cases, reported
 from tests.oracle.wild_models import wild_model

@@ -12,11 +12,11 @@ import pytest
 from cqos_bulk.source_text import answers, as_javascript, as_sql, compiled_pack
 from cqos_bulk.writers import pattern_of
 from cqos_core.plugins import load_plugins
-from tests.any_rules import any_rules
 from tests.bulk.needed import needed
 from tests.bulk.random_ends import random_ends
 from tests.bulk.tried_rules import PAIRS, Tried, answers_in, both_ends, both_kinds, both_kinds_over
 from tests.effort import EXPLORE
+from tests.random_rules import any_rules
 
 if TYPE_CHECKING:
     from pathlib import Path

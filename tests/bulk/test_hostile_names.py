@@ -13,7 +13,7 @@ from cqos_core import check
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import said_by_check, systems_in
 from tests.bulk.test_audit import audited
-from tests.command import run_here
+from tests.command_process import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import pytest
 
 from tests.bulk.needed import needed
 from tests.bulk.random_fleet import write_fleet
-from tests.command import run_here
+from tests.command_process import run_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -63,7 +63,7 @@ def test_an_output_that_cannot_be_written_is_an_error_and_the_rest_is_written(cq
     def fail(path, _):
         raise CqosError(f"cannot write {path}: Read-only file system")
 
-    monkeypatch.setattr("cqos_core.cli.sinks.write_file", fail)
+    monkeypatch.setattr("cqos_core.cli.outputs.write_file", fail)
     done = cqos("check", "fits.yaml", "--format", "json", "--output", "a.json", "--format", "concise")
     assert done.code == 2
     assert "error: cannot write a.json: Read-only file system\n" in done.err

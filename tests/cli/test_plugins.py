@@ -52,12 +52,12 @@ def none(subject, context):
     return None
 
 def octets(subject, context):
-    from cqos_core.files.exporting import Exported
+    from cqos_core.files.export import Exported
     from cqos_core.model.system import System
     return Exported(b"x", 1) if isinstance(subject, System) else b"x"
 
 def names(system, context):
-    from cqos_core.files.exporting import Exported
+    from cqos_core.files.export import Exported
     return Exported("".join(f"{name}\\n" for name in system.participants), len(system.participants))
 
 def claims(name, head):

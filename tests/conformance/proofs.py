@@ -22,13 +22,13 @@ from cqos_core import check
 from cqos_core.analysis.proving import NotRunnableError, Outcome
 from cqos_core.analysis.proving.runs import disagreements, fixed, named, prepare, summary
 from cqos_core.api import context
-from cqos_core.files.merging import merge
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.source_reader import read_texts
+from cqos_core.files.system_merge import merge
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from tests.conformance.comparison import random_pairs
 from tests.conformance.origin import origin
-from tests.worlds import pair_system
+from tests.made_up_protocol import pair_system
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

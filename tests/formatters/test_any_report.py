@@ -22,10 +22,10 @@ from cqos_core.formatters.gitlab import render_gitlab
 from cqos_core.formatters.json_report import render_json, render_jsonl, report_from_json
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.markdown import render_markdown
+from cqos_core.formatters.multi_system import together
 from cqos_core.formatters.places import relative
 from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
-from cqos_core.formatters.several import together
 from cqos_core.formatters.statistics import render_statistics
 from cqos_core.formatters.terminal import clean
 from cqos_core.formatters.text import render_text

@@ -12,7 +12,7 @@ from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.report import Report
 from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from tests.command import run as command
+from tests.command_process import run as command
 
 
 def run(style, source="/repo/a/b.yaml"):

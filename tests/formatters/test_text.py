@@ -10,9 +10,9 @@ import pytest
 from cqos_core import check
 from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters.causes import causes
-from cqos_core.formatters.several import together
+from cqos_core.formatters.multi_system import together
+from cqos_core.formatters.phrases import shown
 from cqos_core.formatters.text import render_text
-from cqos_core.formatters.wording import shown
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cqos_core import Assumption, Report, Setting, Verdict, check, check_pair, read
 from cqos_core.api import context
-from cqos_core.formatters.several import together
+from cqos_core.formatters.multi_system import together
 from tests.laws.systems import BOTH, PACKS, WHERE, systems
 from tests.laws.test_fixes import random_systems
 

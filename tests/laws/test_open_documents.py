@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.remote.open_models import OpenModel
-from cqos_core.service.answers import check_document, described
+from cqos_core.service.call_handlers import check_document, described
 
 MOST = 20_000
 LARGE = "<!--" + " " * 40_000 + "-->"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cqos_pictures.layout import layered
 from tests.browser import missing
-from tests.command import run
+from tests.command_process import run
 from tests.modeler.conftest import ROOT
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large
 

@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 import pytest
 
 from tests.browser import violations
-from tests.command import run
+from tests.command_process import run
 from tests.modeler.conftest import ROOT
 from tests.pictures.conftest import DESK, open_all, page, written
 from tests.pictures.systems import FLEET, HOSTILE, hostile, large

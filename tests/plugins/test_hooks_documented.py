@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core.files.exporting import ExportContext, Writer
+from cqos_core.files.export import ExportContext, Writer
 from cqos_core.model.source import Claim, ReadContext, Reader, Source
 from cqos_core.model.style import Style
 from cqos_core.plugins import KINDS, LOAD_VARIABLE, Hooks

@@ -4,7 +4,7 @@ import hashlib
 
 import pytest
 
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 PAGE = "https://modeler.example"
 """The origin of pages that may call the browsers' door."""

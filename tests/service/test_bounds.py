@@ -17,13 +17,13 @@ import pytest
 
 from cqos_core.remote.refusal import Refused
 from cqos_core.service.call_dispatch import Calls
-from cqos_core.service.callers import Callers, Shared
+from cqos_core.service.caller_quotas import Callers, Shared
 from cqos_core.service.connections import Patient
-from cqos_core.service.observing import Meter, Observer
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.web import WebDoor
+from cqos_core.service.telemetry import Meter, Observer
+from cqos_core.service.web_server import WebDoor
 from tests.benchmarks.attacks import EDIT, PAIR, POLITE, reached
-from tests.service.raw import connected, grpc_status
+from tests.service.raw_sockets import connected, grpc_status
 from tests.service.test_open_sessions import FIXED, MODEL, editing, opening, stub_of
 from tests.service.test_process import certificate
 from tests.service.test_sessions import two

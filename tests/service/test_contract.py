@@ -22,7 +22,7 @@ from cqos_core.remote.messages import pair_value, report_value, system_message, 
 from cqos_core.testing import _settings, load_cases
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, systems
-from tests.worlds import pair_system
+from tests.made_up_protocol import pair_system
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERY = 1 if EXPLORE else 3

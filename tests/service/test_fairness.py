@@ -19,17 +19,17 @@ from uvicorn.server import ServerState
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused
-from cqos_core.service import native
+from cqos_core.service import grpc_server
 from cqos_core.service.call_dispatch import Calls
-from cqos_core.service.callers import origin
+from cqos_core.service.caller_quotas import origin
 from cqos_core.service.connections import Connections, Patient
 from cqos_core.service.fair_scheduler import Turns
-from cqos_core.service.frames import ANSWER, ANSWER_JSON
-from cqos_core.service.observing import Observer
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.web import application
+from cqos_core.service.telemetry import Observer
+from cqos_core.service.web_server import application
+from cqos_core.service.worker_frames import ANSWER, ANSWER_JSON
 from tests.benchmarks.attacks import PAIR
-from tests.service.crowd import heavy
+from tests.service.caller_process import heavy
 from tests.service.test_sessions import two
 
 # --- whose turn it is ---
@@ -207,7 +207,7 @@ class Crowd:
 
     def __init__(self, service, kind, number):
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.service.crowd", service.grpc, kind, str(number)],
+            [sys.executable, "-m", "tests.service.caller_process", service.grpc, kind, str(number)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -436,7 +436,7 @@ def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
 
 
 def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeypatch):
-    monkeypatch.setattr(native, "_REFUSING_SECONDS", 0)
+    monkeypatch.setattr(grpc_server, "_REFUSING_SECONDS", 0)
 
     class Context:
         def invocation_metadata(self):
@@ -452,7 +452,7 @@ def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeyp
     async def run():
         nonlocal turn
         settings = Settings(listen="127.0.0.1:0")
-        door = native.NativeDoor(Calls(settings, Observer(settings)), settings)
+        door = grpc_server.NativeDoor(Calls(settings, Observer(settings)), settings)
         refused = Refused("RESOURCE_EXHAUSTED", "too many", reason=CALLER_QUOTA)
         tasks = [asyncio.ensure_future(door._refuse(Context(), refused, "")) for _ in range(20)]
         while not all(task.done() for task in tasks):

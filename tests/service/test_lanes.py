@@ -11,7 +11,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import cqos_core as cqos
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = (

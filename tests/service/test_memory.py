@@ -18,10 +18,10 @@ import pytest
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.callers import Callers
-from cqos_core.service.observing import Meter
+from cqos_core.service.caller_quotas import Callers
 from cqos_core.service.settings import Limits
-from tests.service.running import serving
+from cqos_core.service.telemetry import Meter
+from tests.service.service_process import serving
 from tests.service.test_robustness import metric, refused, violations
 from tests.service.test_sessions import two
 

@@ -18,8 +18,8 @@ from opentelemetry.trace import StatusCode
 
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.service.log_lines import ALWAYS, JsonLines, PlainLines
-from cqos_core.service.observing import Observer
 from cqos_core.service.settings import Settings
+from cqos_core.service.telemetry import Observer
 
 TRACE = "4bf92f3577b34da6a3ce929d0e0e4736"
 

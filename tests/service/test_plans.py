@@ -10,7 +10,7 @@ import cqos_core as cqos
 from cqos.v1 import check_pb2
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.answers import answer
+from cqos_core.service.call_handlers import answer
 from tests.service.test_contract import ask_web
 
 needs_solver = pytest.mark.skipif(

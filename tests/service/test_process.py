@@ -32,7 +32,7 @@ from cqos_core.cli import main
 from cqos_core.cli.serve import serve, settings_from
 from cqos_core.remote.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.service.settings import Limits, Settings
-from tests.service.running import Service, serving
+from tests.service.service_process import Service, serving
 from tests.service.test_sessions import endpoint, two
 
 ROOT = Path(__file__).resolve().parents[2]

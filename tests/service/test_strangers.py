@@ -17,11 +17,11 @@ from google.rpc import error_details_pb2, status_pb2
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import Client, ServiceError
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.callers import Budget, Callers
-from cqos_core.service.observing import Meter
+from cqos_core.service.caller_quotas import Budget, Callers
 from cqos_core.service.settings import Limits, read_tokens
+from cqos_core.service.telemetry import Meter
 from tests.benchmarks.attacks import ATTACKS, OF_SESSIONS, attacking, polite, reached, renaming
-from tests.service.crowd import small
+from tests.service.caller_process import small
 from tests.service.test_sessions import endpoint, two
 
 ANSWERED = 20

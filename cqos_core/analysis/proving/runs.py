@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.analysis.explanation import explain_pair, settled_pair
 from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.files.edited_files import apply_edits
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.export import ExportContext, judged
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_bulk.judging import Judge, judge_of
+from cqos_bulk.rule_evaluation import Judge, judge_of
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_bulk.slow_topics import ALONE, COLUMNS, PYTHON, SPECIAL, SlowTopics
 from cqos_bulk.topic_frames import (

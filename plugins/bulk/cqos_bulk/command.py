@@ -112,9 +112,9 @@ def audit(
         _refuse_lacking("spark", "--spark", "pyspark")
     from cqos_bulk.fleet import WantedAudit, run_audit
     from cqos_bulk.fleet_report import as_json, as_text
+    from cqos_core.cli.errors import say_error
     from cqos_core.cli.exit_codes import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
     from cqos_core.cli.progress import Progress
-    from cqos_core.cli.refusals import say_error
     from cqos_core.matching.pipeline import context
 
     atexit.register(_end_quietly)

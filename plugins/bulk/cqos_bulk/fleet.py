@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import narwhals as nw
 
 from cqos_bulk.audit import STAGES, Audited, audit
-from cqos_bulk.crossing import crossing_topics
+from cqos_bulk.cross_protocol import crossing_topics
 from cqos_bulk.engines import DOT, FORMATS, DuckDB, Polars, Spark
 from cqos_bulk.fleet_report import OUTPUTS, FleetResult, summed_up, write_findings
 from cqos_bulk.folded_audit import FOLDED_STAGES, audit_folded
@@ -24,10 +24,10 @@ from cqos_bulk.profiles import NO_SETTINGS, FleetProfiles, pack_knows, setting_n
 from cqos_bulk.table_store import TableStore
 from cqos_bulk.topic_frames import FINDING, finding_columns
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
-from cqos_core.files.ignoring import patterns
+from cqos_core.files.atomic_writes import is_same_file
+from cqos_core.files.folder_walk import walk
+from cqos_core.files.ignore_patterns import patterns
 from cqos_core.files.path_loader import load_paths
-from cqos_core.files.walking import walk
-from cqos_core.files.writing import is_same_file
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import CqosError

@@ -16,7 +16,7 @@ from cqos_bulk.audit import Audited, telling
 from cqos_bulk.clients import ENDS, Alike, Clients, folded_columns
 from cqos_bulk.engines import DOT
 from cqos_bulk.far_ends import FAR, FarEnds
-from cqos_bulk.hearing import HEARD, NEAR, Hearing
+from cqos_bulk.filter_matches import HEARD, NEAR, Hearing
 from cqos_bulk.meetings import ALONE, Meetings, remarks_of, write_finding
 from cqos_bulk.profiles import settings_of
 from cqos_bulk.similar_names import NAMED

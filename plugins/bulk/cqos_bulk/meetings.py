@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_bulk.clients import NAME
-from cqos_bulk.hearing import by_topic
+from cqos_bulk.filter_matches import by_topic
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED
 from cqos_bulk.stand_ins import StandIns
 from cqos_bulk.topic_frames import FINDING
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_bulk.clients import Clients
     from cqos_bulk.far_ends import FarEnds, Visitors
-    from cqos_bulk.hearing import Hearing
+    from cqos_bulk.filter_matches import Hearing
     from cqos_bulk.table_store import Spool
     from cqos_core.resolving.resolved import Resolved
 

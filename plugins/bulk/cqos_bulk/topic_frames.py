@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import narwhals as nw
 
-from cqos_bulk.judging import Judge, column_name
+from cqos_bulk.rule_evaluation import Judge, column_name
 from cqos_bulk.slow_topics import ALONE, COLUMNS, PYTHON, QUIET
 from cqos_bulk.writers import expression
 from cqos_core.matching.judge import verdict_by

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import narwhals as nw
 
-from cqos_bulk.hearing import by_topic
+from cqos_bulk.filter_matches import by_topic
 from cqos_bulk.meetings import write_finding
 from cqos_bulk.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_bulk.stand_ins import StandIns
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_bulk.clients import Clients
-    from cqos_bulk.hearing import Hearing
+    from cqos_bulk.filter_matches import Hearing
     from cqos_bulk.table_store import Spool, TableStore
     from cqos_core.resolving.resolved import Resolved
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from lsprotocol.types import CodeAction, CodeActionKind, Range, TextEdit, WorkspaceEdit
 
 from cqos_core.files.edited_files import replacements_of
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.importers.detect import claims_yaml
 from cqos_lsp.diagnostics import shown_findings, uri_of
 from cqos_lsp.positions import lines_of, where
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lsprotocol.types import Diagnostic
 
     from cqos_core.model.finding import Finding, Remedy
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.positions import Units
 
 
@@ -55,7 +55,7 @@ def actions(
             edit = _edit(remedy, analysis, units, uris)
             if edit is not None:
                 preferred = remedy is best
-                title = f"{finding.code}: {wording.fix(remedy)}"
+                title = f"{finding.code}: {phrases.fix(remedy)}"
                 found.append(CodeAction(title, CodeActionKind.QuickFix, fixed, is_preferred=preferred, edit=edit))
         found += _acceptance(finding, fixed, analysis, units, uris)
     return found

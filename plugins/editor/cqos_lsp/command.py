@@ -8,8 +8,8 @@ import sys
 
 import click
 
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.parameters import debug_option
-from cqos_core.cli.refusals import RefusedError
 
 
 @click.command(epilog="Exit codes: 0 ended by the editor; 2 wrong usage.")

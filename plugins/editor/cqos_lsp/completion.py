@@ -24,7 +24,7 @@ from cqos_core.model.system import MESSAGE
 from cqos_lsp.cursor import toml_cursor, yaml_cursor
 from cqos_lsp.names import kind_of_key, kind_of_value, names_of
 from cqos_lsp.projects import is_configuration, is_pack
-from cqos_lsp.words import (
+from cqos_lsp.schema_words import (
     Word,
     keys_at,
     schema_of_configurations,
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.packs.pack import RulePack
-    from cqos_lsp.checking import Analysis
     from cqos_lsp.cursor import Cursor
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.names import Kind
     from cqos_lsp.positions import Units
     from cqos_lsp.projects import Project
-    from cqos_lsp.words import Schema
+    from cqos_lsp.schema_words import Schema
 
 _TABLE: Final = ("tool", "cqos")
 _PROTOCOL: Final = re.compile(r"""^["']?protocol["']?\s*[:=]\s*["']?([\w-]+)""", re.MULTILINE)

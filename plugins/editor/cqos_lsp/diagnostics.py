@@ -15,7 +15,7 @@ from lsprotocol.types import (
 from pygls.uris import from_fs_path
 
 from cqos_core.files.source_files import read_path
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.model.finding import Severity
 from cqos_core.model.problems import InputError
 from cqos_lsp.positions import START, where
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.model.finding import Finding, Side
     from cqos_core.model.problems import Problem
     from cqos_core.model.settings import Place
-    from cqos_lsp.checking import Analysis, Checked, Texts
+    from cqos_lsp.document_checks import Analysis, Checked, Texts
     from cqos_lsp.positions import Units
 
 SOURCE: Final = "cqos"
@@ -132,10 +132,10 @@ def _stated(side: Side) -> Iterable[tuple[Place | None, str]]:
     """Return where the values of a side are stated, or else the side itself, each in words."""
     facts = [fact for fact in side.facts if fact.place is not None and fact.origin != "default"]
     if not facts:
-        values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in side.facts)
+        values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in side.facts)
         return [(side.place, ": ".join(filter(None, [f"{side.role} `{side.name}`", values])))]
     return [
-        (fact.place, f"{wording.label(side.label, fact) or side.role}: {fact.policy} {wording.value(fact)}")
+        (fact.place, f"{phrases.label(side.label, fact) or side.role}: {fact.policy} {phrases.value(fact)}")
         for fact in facts
     ]
 

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Final
 
 from lsprotocol.types import InlayHint, MarkupContent, MarkupKind
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_lsp.hover import endpoint_page, fact_of, shown_policies
-from cqos_lsp.marks import end_of_line
+from cqos_lsp.place_index import end_of_line
 from cqos_lsp.positions import lines_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.resolving.resolved import Resolved
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.positions import Units
 
 _MOST: Final = 4
@@ -48,5 +48,5 @@ def _values(end: Resolved, *, defaults: bool) -> Iterator[str]:
     for index in sorted(unstated, key=lambda each: each not in elsewhere):
         if index in elsewhere or defaults:
             fact = fact_of(end, index)
-            text = wording.origin(fact) if index in elsewhere else ""
+            text = phrases.origin(fact) if index in elsewhere else ""
             yield f"{fact.policy} {fact.value}" + (f" ({text})" if text else "")

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.schema import written_name
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.model.finding import Fact, Verdict
 from cqos_core.model.system import Endpoint, Participant, Profile
 from cqos_lsp.completion import cursor_in, packs_at, schema_at
-from cqos_lsp.marks import marks_on, owners_at, setting_at
 from cqos_lsp.names import ENDPOINTS, name_at, names_of
-from cqos_lsp.words import doc_at
+from cqos_lsp.place_index import marks_on, owners_at, setting_at
+from cqos_lsp.schema_words import doc_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
-    from cqos_lsp.checking import Analysis
-    from cqos_lsp.marks import Mark
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.names import Name
+    from cqos_lsp.place_index import Mark
     from cqos_lsp.projects import Project
 
 _MOST: Final = 20
@@ -128,7 +128,7 @@ def fact_of(end: Resolved, index: int) -> Fact:
 
 def _value(end: Resolved, index: int) -> tuple[str, str]:
     fact = fact_of(end, index)
-    return f"`{fact.value}`", wording.origin(fact) or "stated here"
+    return f"`{fact.value}`", phrases.origin(fact) or "stated here"
 
 
 def _name(name: Name, analysis: Analysis) -> str:

@@ -9,9 +9,9 @@ from lsprotocol.types import DocumentSymbol, Location, Position, Range, SymbolKi
 
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
-from cqos_core.files.editing import is_json, scalar
-from cqos_core.files.merging import merge
 from cqos_core.files.source_reader import read_texts
+from cqos_core.files.system_merge import merge
+from cqos_core.files.yaml_edits import is_json, scalar
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.model.system import endpoint_id
 from cqos_lsp.diagnostics import uri_of
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
     from cqos_core.model.settings import Place
     from cqos_core.model.system import Bridge, Broker, Profile, Topic
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.positions import Units
 
 

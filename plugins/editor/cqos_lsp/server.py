@@ -17,12 +17,12 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import to_fs_path
 
 from cqos_core.model.problems import CqosError, describe
-from cqos_lsp.checking import Analysis, Checked, Checker
 from cqos_lsp.completion import ready
 from cqos_lsp.diagnostics import diagnostics_of, uri_of
-from cqos_lsp.features import register
+from cqos_lsp.document_checks import Analysis, Checked, Checker
 from cqos_lsp.positions import Units, encoded
 from cqos_lsp.projects import is_configuration, is_pack
+from cqos_lsp.request_handlers import register
 
 _PAUSE: Final = 0.15
 """Seconds without a keystroke before a check begins."""

@@ -11,7 +11,7 @@ import pytest
 from cqos_core.analysis.proving import Fault, Outcome
 from cqos_core.analysis.proving.runs import disagreements, named, prepare, summary
 from cqos_core.api import context, read
-from cqos_core.files.exporting import ExportContext
+from cqos_core.files.export import ExportContext
 from cqos_core.formatters.proofs import timeline
 from cqos_mqtt.exporters.promela import write
 from cqos_mqtt.promela.spin import SPIN, Spin

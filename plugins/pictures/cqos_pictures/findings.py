@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import pointed_at, saying
@@ -15,7 +15,7 @@ from cqos_core.model.encoding import decode
 from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
 from cqos_pictures.graph import is_wrong
-from cqos_pictures.words import some, spoken, state
+from cqos_pictures.page_text import some, spoken, state
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -78,7 +78,7 @@ class Findings:
         fixes = finding.remedies[:3] if number < _MOST_FIXED else ()
         changes = [self._diff(each) for each in fixes]
         plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
-        helps = wording.helps(replace(finding, remedies=tuple(plain)))
+        helps = phrases.helps(replace(finding, remedies=tuple(plain)))
         notes = [spoken(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
         count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
         because = [] if finding.because in finding.message else spoken(finding.because)
@@ -113,7 +113,7 @@ class Findings:
         """Return file and line of a finding, else its topic."""
         if finding.place is None:
             return finding.topic or ""
-        return wording.position(replace(self._places.exact(finding.place), column=None))
+        return phrases.position(replace(self._places.exact(finding.place), column=None))
 
     def _excerpts(self, finding: Finding) -> Iterator[dict[str, Any]]:
         """Yield lines of sources with everything in them that the finding points at."""
@@ -123,9 +123,9 @@ class Findings:
                 excerpt = None if place is None else self._places.excerpt(place)
                 if place is None or excerpt is None:
                     if place is not None:
-                        policy = "" if fact is None else f"{fact.policy} {wording.value(fact)}"
+                        policy = "" if fact is None else f"{fact.policy} {phrases.value(fact)}"
                         who = ", ".join(some(side.members, 3))
-                        yield {"where": wording.position(place), "who": f"{who} {policy}".strip(), "lines": []}
+                        yield {"where": phrases.position(place), "who": f"{who} {policy}".strip(), "lines": []}
                     continue
                 label, value = (side.label, "") if fact is None else saying(side.label, fact, excerpt)
                 named = f"{fact.policy} " if fact is not None and value else ""
@@ -190,7 +190,7 @@ class Findings:
                 where = where or f"{source}:{before.count(chr(10), 0, start) + 1}"
                 old, new = before[first:last], before[first:start] + text + before[end:last]
                 lines += _changed(old.split("\n"), new.split("\n"))
-        return {"fix": spoken(wording.fix(remedy)), "where": where, "changes": lines} if lines else None
+        return {"fix": spoken(phrases.fix(remedy)), "where": where, "changes": lines} if lines else None
 
 
 def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:
@@ -219,4 +219,4 @@ def _pieces(text: str, marks: Sequence[Excerpt]) -> Iterator[dict[str, Any]]:
 
 def _notes(finding: Finding) -> Iterator[str]:
     if finding.worlds:
-        yield wording.worlds(finding.worlds)
+        yield phrases.worlds(finding.worlds)

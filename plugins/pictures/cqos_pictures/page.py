@@ -6,19 +6,19 @@ import hashlib
 from base64 import b64encode
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_pictures import tables
 from cqos_pictures.anchors import Anchors, scopes
-from cqos_pictures.drawing import drawn
 from cqos_pictures.findings import Findings
 from cqos_pictures.graph import graph_of, is_wrong, stages, usage
+from cqos_pictures.page_text import counted, some, spoken, state, symbol
 from cqos_pictures.picture import picture_of
 from cqos_pictures.picture_parts import Picture, PicturedEnd
+from cqos_pictures.svg_graph import drawn
 from cqos_pictures.template import data_file, rendered
 from cqos_pictures.topics import listed, owner_entries, topic_entries
-from cqos_pictures.words import counted, some, spoken, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -38,7 +38,7 @@ def render_html(report: Report, style: Style) -> str:
     parts = sorted(report.parts or (report,), key=lambda each: -each.verdict.rank)
     scope = scopes(parts)
     systems = [_system(each, style, Anchors(scope[id(each)])) for each in parts[:_MOST_SYSTEMS]]
-    name = wording.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
+    name = phrases.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
     sheet, script = data_file("style.css"), data_file("script.js")
     values = {
         "title": f"{name}: {report.verdict_words}",
@@ -101,7 +101,7 @@ def _tiles(report: Report) -> Iterator[dict[str, str]]:
 def _listed(reports: list[Report]) -> list[dict[str, str]]:
     return [
         {
-            "name": wording.heading(each),
+            "name": phrases.heading(each),
             "verdict": each.verdict.value,
             "verdict_words": each.verdict_words,
             "state": state(wrong=_is_wrong(each)),
@@ -127,14 +127,14 @@ def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
     owners = owner_entries(used, own, links)
     return {
         "anchor": anchor,
-        "name": wording.heading(report) or "system",
+        "name": phrases.heading(report) or "system",
         "state": state(wrong=_is_wrong(report)),
         "sources": some(report.sources, 12),
         "partial": report.partial,
         "unmatched": report.unmatched,
-        "assumed": [*wording.assumed(report)],
-        "not_read": list(filter(None, [", ".join(wording.not_read(report))])),
-        "coverage": [spoken(each) for each in some([*wording.coverage(report)], _MOST_UNREAD)]
+        "assumed": [*phrases.assumed(report)],
+        "not_read": list(filter(None, [", ".join(phrases.not_read(report))])),
+        "coverage": [spoken(each) for each in some([*phrases.coverage(report)], _MOST_UNREAD)]
         if report.coverage.percent < _ALL
         else [],
         "not_checked": [spoken(each) for each in report.not_checked],

@@ -9,7 +9,7 @@ from cqos_core.model.finding import Verdict, plural
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.proving import Event
 from cqos_pictures.graph import rank
-from cqos_pictures.words import WORDS, some, state, symbol
+from cqos_pictures.page_text import WORDS, some, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.finding import Severity, Verdict, plural
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_pictures.drawing import short
 from cqos_pictures.graph import rank
-from cqos_pictures.words import WORDS, counted, some, state, symbol
+from cqos_pictures.page_text import WORDS, counted, some, state, symbol
+from cqos_pictures.svg_graph import short
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping, Sequence

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.trial import tried_out
-from cqos_core.files.exporting import Exported, unique
+from cqos_core.files.export import Exported, unique
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
@@ -26,7 +26,7 @@ from cqos_dds.policies import DOMAIN
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
     from cqos_core.packs import Policy

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.trial import tried_out
-from cqos_core.files.exporting import Exported, unique
+from cqos_core.files.export import Exported, unique
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
@@ -24,7 +24,7 @@ from cqos_dds.policies import KEYED
 from cqos_dds.requested_policies import DURABILITY
 
 if TYPE_CHECKING:
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved

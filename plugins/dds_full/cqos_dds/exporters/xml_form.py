@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
-from cqos_core.files.exporting import judged_by
+from cqos_core.files.export import judged_by
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
 from cqos_dds.kinds import Compressions
 from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
@@ -17,7 +17,7 @@ from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTE
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, Judged
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Endpoint, Participant, System, Topic
     from cqos_core.packs import Policy, Value

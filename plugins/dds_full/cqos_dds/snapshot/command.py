@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import say_error
 from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
-from cqos_core.cli.refusals import say_error
 from cqos_core.cli.snapshots import SECONDS, check_snapshot, snapshot_options, write_snapshot
-from cqos_core.formatters.changes import watched
+from cqos_core.formatters.snapshot_changes import watched
 from cqos_core.matching.pipeline import context
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import describe

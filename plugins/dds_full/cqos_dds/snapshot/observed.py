@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import unique
+from cqos_core.files.export import unique
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, Topic, endpoint_id, numbered
 from cqos_dds.snapshot import ros

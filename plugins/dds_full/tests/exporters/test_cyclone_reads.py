@@ -11,7 +11,7 @@ import pytest
 import cqos_core as cqos
 from cqos_core import Endpoint, Participant, Setting, System
 from cqos_core.api import context
-from cqos_core.files.exporting import ExportContext
+from cqos_core.files.export import ExportContext
 from cqos_dds.exporters import dds_xml
 from cqos_dds.pack import PACK
 

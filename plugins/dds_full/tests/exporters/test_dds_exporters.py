@@ -11,7 +11,7 @@ import cqos_core as cqos
 from cqos_core import Endpoint, Participant, ProfileRef, Setting, System, Topic
 from cqos_core.api import context
 from cqos_core.files import yaml_writer
-from cqos_core.files.exporting import ExportContext
+from cqos_core.files.export import ExportContext
 from cqos_core.plugins import load_plugins
 from cqos_dds.exporters import dds_xml, fastdds_xml
 from cqos_dds.pack import PACK

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.proving.runs import named, prepare
 from cqos_core.checking.checker import check_system
-from cqos_core.files.exporting import Exported
+from cqos_core.files.export import Exported
 from cqos_core.matching.pipeline import Context
 from cqos_core.packs.proving import NotRunnableError
 from cqos_mqtt.promela.constants import body, of_pair, words
 from cqos_mqtt.prove.runner import ensure_runnable
 
 if TYPE_CHECKING:
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
     from cqos_core.model.system import System
 
 _HEAD: Final = """\

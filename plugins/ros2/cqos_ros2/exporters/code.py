@@ -14,7 +14,7 @@ from cqos_ros2.policies import LIFESPAN
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, Judged
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.names import POLICY_NAMES, fold
 from cqos_core.files.bpmn_writer import DIALECT, diagram_of, restate
-from cqos_core.files.exporting import Exported, judged_by
+from cqos_core.files.export import Exported, judged_by
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT
 from cqos_core.resolving.respelling import respelled
@@ -16,7 +16,7 @@ from cqos_ros2.names import is_legal
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.rewriting import Diagram, Tag
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import Exported
+from cqos_core.files.export import Exported
 from cqos_core.files.yaml_text import Block, Raw, document, scalar
 from cqos_core.packs import INFINITE
 from cqos_ros2.exporters.values import DURATIONS, NoValueError, effective, ros_endpoints
@@ -15,7 +15,7 @@ from cqos_ros2.types import full_type_name
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, Judged
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
     from cqos_core.resolving.resolved import Resolved

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final, TypeAlias
 
-from cqos_core.files.exporting import ExportContext, Exported, Judged
+from cqos_core.files.export import ExportContext, Exported, Judged
 from cqos_core.files.yaml_text import Block, Node, Raw, document
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 from cqos_ros2.exporters.values import QOS, NoValueError, Value, kind_of, ros_endpoints, stated

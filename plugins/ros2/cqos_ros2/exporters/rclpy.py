@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import Exported
+from cqos_core.files.export import Exported
 from cqos_ros2.exporters.code import comment_text, snippets
 from cqos_ros2.exporters.values import DURATIONS
 from cqos_ros2.policies import AVOID_CONVENTIONS
@@ -12,7 +12,7 @@ from cqos_ros2.policies import AVOID_CONVENTIONS
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
     from cqos_core.model.system import System
     from cqos_ros2.exporters.code import Snippet
     from cqos_ros2.exporters.values import Value

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 from xml.sax.saxutils import escape, quoteattr
 
-from cqos_core.files.exporting import ExportContext, Exported, Judged
+from cqos_core.files.export import ExportContext, Exported, Judged
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, System
 from cqos_ros2.exporters.code import comment_text, identifier, values_of

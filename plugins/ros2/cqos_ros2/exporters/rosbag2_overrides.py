@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import Exported
+from cqos_core.files.export import Exported
 from cqos_core.files.yaml_text import Block, Raw, document
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT, INFINITE, is_plain
@@ -27,7 +27,7 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
     from cqos_core.packs import Policy

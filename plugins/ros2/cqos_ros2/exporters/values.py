@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import judged_by
+from cqos_core.files.export import judged_by
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs import ENDPOINT, INFINITE, Choice
 from cqos_ros2.policies import (
@@ -25,7 +25,7 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, Judged
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
     from cqos_core.resolving.layers import Layer

@@ -7,10 +7,10 @@ import json
 import click
 
 from cqos_core.cli.console import emit
+from cqos_core.cli.errors import RefusedError, refused
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import Assignment, debug_option, form_option, nearest, variables_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.refusals import RefusedError, refused
 
 
 @click.command(

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.ignoring import GENERATED
+from cqos_core.files.folder_walk import Skipped, walk
+from cqos_core.files.ignore_patterns import GENERATED
 from cqos_core.files.source_files import read_path
-from cqos_core.files.walking import Skipped, walk
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.files.ignoring import GENERATED
-from cqos_core.files.walking import Skipped, shortened, walk
+from cqos_core.files.folder_walk import Skipped, shortened, walk
+from cqos_core.files.ignore_patterns import GENERATED
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, endpoint_id, numbered
 from cqos_ros2.launch.values import Unknown

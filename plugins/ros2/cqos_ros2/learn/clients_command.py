@@ -8,7 +8,7 @@ from pathlib import Path
 from cqos_core.cli.console import emit
 from cqos_core.cli.file_output import replace_files, write_new_file
 from cqos_core.cli.progress import Progress
-from cqos_core.files.exporting import ExportContext
+from cqos_core.files.export import ExportContext
 from cqos_core.files.source_files import read_path
 from cqos_core.files.yaml_writer import write
 from cqos_core.model.finding import plural

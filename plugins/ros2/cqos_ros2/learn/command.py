@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import click
 
 from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.file_output import replace_files, write_new_file
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import debug_option, diff_option, output_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.refusals import RefusedError
 from cqos_core.importers.reading import did_you_mean
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import colored, emit
+from cqos_core.cli.errors import RefusedError
 from cqos_core.cli.help import usual
 from cqos_core.cli.input_reader import prepare
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
-from cqos_core.cli.refusals import RefusedError
 from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.terminal import clean, paint
 

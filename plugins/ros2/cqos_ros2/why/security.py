@@ -9,8 +9,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.files.folder_walk import Skipped, walk
 from cqos_core.files.source_files import read_path
-from cqos_core.files.walking import Skipped, walk
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place

@@ -90,8 +90,8 @@ def not_ignored(files: Sequence[str]) -> list[str]:
 
 def all_below(folder: str) -> list[str]:
     """Return the files of the packages of a folder, and of the folder itself."""
-    from cqos_core.files.ignoring import GENERATED
-    from cqos_core.files.walking import Skipped, walk
+    from cqos_core.files.folder_walk import Skipped, walk
+    from cqos_core.files.ignore_patterns import GENERATED
 
     skipped: list[Skipped] = []
     found = []

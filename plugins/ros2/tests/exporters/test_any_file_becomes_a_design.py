@@ -6,7 +6,7 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.api import context
-from cqos_core.files.exporting import ExportContext
+from cqos_core.files.export import ExportContext
 from cqos_core.files.yaml_writer import write
 
 CASES = Path(__file__).parents[1] / "importers" / "cases"

@@ -15,7 +15,7 @@ from cqos_ros2.importers.detect_observed import claims_topic_info
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
 from cqos_ros2.importers.topic_info import read
 from cqos_ros2.pack import PACK
-from tests.explained import rows
+from tests.explained_values import rows
 from tests.growth.linear import assert_linear
 
 CASES = Path(__file__).parent / "cases" / "topic_info"

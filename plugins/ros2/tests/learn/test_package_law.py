@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cqos_core import Endpoint, Participant, Setting, System, Topic
 from cqos_core.api import context
 from cqos_core.cli.app import run as command
-from cqos_core.files.exporting import ExportContext, judged
+from cqos_core.files.export import ExportContext, judged
 from cqos_core.model.source import OPTIONS, ReadContext, Source
 from cqos_ros2.exporters.ros2_package import write
 from cqos_ros2.exporters.values import QOS, effective, is_rmw_default

@@ -232,7 +232,7 @@ def compare_two(request: check_pb2.DiffRequest, most: int) -> check_pb2.DiffResp
 
 def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertResponse:
     """Write a system in another form."""
-    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.export import ExportContext
 
     plugins = load_plugins()
     info = plugins.exporters.get(request.exporter)

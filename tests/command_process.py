@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from typing import TextIO
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "smart_agriculture.bpmn"
-SERVING = ("cqos_core.cli.modeler", *(f"cqos_core.service.{name}" for name in ("process", "call_dispatch", "native", "web")))
+SERVING = (
+    "cqos_core.cli.modeler",
+    *(f"cqos_core.service.{name}" for name in ("server_process", "call_dispatch", "grpc_server", "web_server")),
+)
 """What a service imports besides."""
 GONE = "the process to fork from has ended; its traceback says why"
 
@@ -179,7 +182,7 @@ class _Server:
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.command"],
+            [sys.executable, "-m", "tests.command_process"],
             cwd=Path(__file__).parents[1],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

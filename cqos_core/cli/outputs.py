@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import emit
+from cqos_core.cli.errors import refused
 from cqos_core.cli.file_output import write_file
-from cqos_core.cli.refusals import refused
-from cqos_core.formatters.several import together
+from cqos_core.formatters.multi_system import together
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
@@ -98,7 +98,7 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
     """
     read = [*inputs]
     for target in targets:
-        from cqos_core.files.writing import is_same_file  # few runs write files
+        from cqos_core.files.atomic_writes import is_same_file  # few runs write files
 
         folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
         is_input = any(is_same_file(target, each) for each in read)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.files.exporting import judged, unique
+from cqos_core.files.export import judged, unique
 from cqos_core.language.domains import Choice
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
@@ -23,7 +23,7 @@ from cqos_core.resolving.reader import spelled
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.files.exporting import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, Judged
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, TeamRule, Topic

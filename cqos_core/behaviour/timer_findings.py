@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.counting import added
+from cqos_core.behaviour.event_rates import added
 from cqos_core.behaviour.finding_parts import behaviour_finding, draft, time_text
 from cqos_core.behaviour.policy_values import finite, is_one_of, needed
 from cqos_core.model.finding import Fact, Side
@@ -18,7 +18,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
-    from cqos_core.behaviour.counting import Rate
+    from cqos_core.behaviour.event_rates import Rate
     from cqos_core.behaviour.flow_model import Drawn
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.finding import Finding

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json, versioned
 from cqos_core.formatters.terminal import clean, hanging, paint, wrap
@@ -49,7 +49,7 @@ def misfits_as_text(
 
 
 def _lines(each: Explained, width: int, *, alone: bool) -> list[str]:
-    misfit, place = each.occurrence.misfit, wording.position(each.occurrence.place)
+    misfit, place = each.occurrence.misfit, phrases.position(each.occurrence.place)
     times = "" if each.occurrence.count == 1 else f", {each.occurrence.count} times"
     owner = f" of {misfit.participant}" if misfit.participant else ""
     other, does = ("subscriber", "requests") if misfit.role == "publisher" else ("publisher", "offers")

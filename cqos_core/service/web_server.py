@@ -31,12 +31,12 @@ from starlette.routing import Mount, Route
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.refusal import Refused
 from cqos_core.service import named_files, static_page
-from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.call_dispatch import failure
+from cqos_core.service.call_handlers import EDIT, METHODS, PAIRS
 from cqos_core.service.connections import ABORT, KEPT_SECONDS, Connections, patient
-from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.open_sessions import REQUESTS, SESSIONS
 from cqos_core.service.settings import Files, joined, split_address
+from cqos_core.service.telemetry import REQUEST_ID
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine, Iterator, Mapping
@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
     from cqos_core.service.call_dispatch import Calls
-    from cqos_core.service.callers import Caller
-    from cqos_core.service.observing import Watch
+    from cqos_core.service.caller_quotas import Caller
     from cqos_core.service.settings import Settings
+    from cqos_core.service.telemetry import Watch
 
 _BACKLOG: Final = 1024
 _UNREAD_BYTES: Final = 256 * 1024

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
     from cqos_core.behaviour.flow_model import Drawn
-    from cqos_core.behaviour.reach import Reached
+    from cqos_core.behaviour.reachability import Reached
     from cqos_core.model.finding import Finding
 
 _LONGEST = 6

@@ -13,15 +13,15 @@ from cqos_lsp.actions import actions
 from cqos_lsp.completion import complete
 from cqos_lsp.hints import hints
 from cqos_lsp.hover import hover
+from cqos_lsp.line_shifts import Shift
 from cqos_lsp.navigation import definition, references, renamable, rename, symbols
 from cqos_lsp.positions import lines_of
 from cqos_lsp.projects import is_configuration, is_pack
-from cqos_lsp.shifts import Shift
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
 
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.projects import Project
     from cqos_lsp.server import CqosServer
 

@@ -16,8 +16,8 @@ from cqos_core.remote.refusal import BUSY, CALLER_QUOTA, Refused
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from cqos_core.service.observing import Meter
     from cqos_core.service.settings import Limits
+    from cqos_core.service.telemetry import Meter
 
 _IPV4: Final = 4
 _IPV6_NETWORK: Final = 64

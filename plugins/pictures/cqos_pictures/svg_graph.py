@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.terminal import cells, clean
 from cqos_pictures.layout import layered
-from cqos_pictures.words import WORDS, counted, symbol
+from cqos_pictures.page_text import WORDS, counted, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

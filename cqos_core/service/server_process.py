@@ -1,4 +1,4 @@
-"""One serving process, and several that share a port: ``python -m cqos_core.service.process``.
+"""One serving process, and several that share a port: ``python -m cqos_core.service.server_process``.
 
 Settings come as a line on standard input, which is held open as long as the process shall serve.
 """
@@ -21,8 +21,8 @@ from typing import Any, Final
 from cqos_core.model.memory import collect_new_objects_only
 from cqos_core.model.problems import CqosError
 from cqos_core.service.log_lines import ALWAYS, start_logging, tell
-from cqos_core.service.observing import Observer, end_tracing
 from cqos_core.service.settings import Settings, joined, split_address
+from cqos_core.service.telemetry import Observer, end_tracing
 
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
 _STOPPING: Final = (signal.SIGTERM, signal.SIGINT)
@@ -55,7 +55,7 @@ async def serve_here(
     """
     # gRPC is slow to import, and help needs none of it.
     from cqos_core.service.call_dispatch import Calls
-    from cqos_core.service.native import NativeDoor
+    from cqos_core.service.grpc_server import NativeDoor
 
     calls = Calls(settings, Observer(settings))
     ending = ending or asyncio.Event()
@@ -105,7 +105,7 @@ async def serve_here(
 
 def _web_door(calls: Any, settings: Settings) -> Any:
     try:
-        from cqos_core.service.web import WebDoor
+        from cqos_core.service.web_server import WebDoor
     except ImportError as error:
         from cqos_core.model.features import missing
 
@@ -188,7 +188,7 @@ async def _keep_one(settings: Settings, ending: asyncio.Event) -> bool:
     while not ending.is_set():
         began = time.monotonic()
         child = await asyncio.create_subprocess_exec(
-            sys.executable, "-m", __name__ if __name__ != "__main__" else "cqos_core.service.process", stdin=-1
+            sys.executable, "-m", __name__ if __name__ != "__main__" else "cqos_core.service.server_process", stdin=-1
         )
         assert child.stdin is not None  # noqa: S101 - it is a pipe
         child.stdin.write(settings.to_json().encode() + b"\n")

@@ -10,9 +10,9 @@ from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
 from cqos_core.files.file_search import find_files
 from cqos_core.files.importer_choice import recognise
-from cqos_core.files.merging import merge
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.source_files import HEAD, read_path
+from cqos_core.files.system_merge import merge
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.exact_places import exact_places

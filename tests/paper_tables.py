@@ -1,8 +1,8 @@
 """Makes the tables of the paper and of the public incidents again.
 
-python -m tests.tables              both
-python -m tests.tables paper        docs/paper.md: outputs of its commands and prompts, and its figures
-python -m tests.tables incidents    check every incident; write the index examples/incidents/incidents.yaml and docs/incidents.md
+python -m tests.paper_tables              both
+python -m tests.paper_tables paper        docs/paper.md: outputs of its commands and prompts, and its figures
+python -m tests.paper_tables incidents    check every incident; write the index examples/incidents/incidents.yaml and docs/incidents.md
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import yaml
 
-from tests import command
+from tests import command_process
 from tests.test_docs import rewrite
 
 ROOT: Final = Path(__file__).parents[1]
@@ -29,7 +29,7 @@ _ANSWER: Final = re.compile(r"^  verdict: .*\n  codes: .*\n", re.MULTILINE)
 def answer(incident: dict[str, Any]) -> tuple[str, list[str]]:
     """Check the files of an incident; return the verdict, and the codes of errors and warnings."""
     options = [*incident.get("arguments", []), "--together", "--no-config", "--format", "json"]
-    done = command.run_here(["check", *incident["files"], *options], INCIDENTS / incident["id"])
+    done = command_process.run_here(["check", *incident["files"], *options], INCIDENTS / incident["id"])
     report = json.loads(done.out)
     return report["verdict"], sorted({each["code"] for each in report["findings"] if each["severity"] != "note"})
 

@@ -35,7 +35,7 @@ from cqos_core.model.system import Endpoint, Participant, Profile, ProfileRef, S
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
-from tests import explained
+from tests import explained_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -328,7 +328,7 @@ def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,
     It is explained beside the first partner on its topic; where it has none, beside one that states nothing, in another town.
     """
     elsewhere = participant("another", town=99)
-    return explained.facts(world_of(*parts, **fields), of, packs=packs, beside=elsewhere)
+    return explained_values.facts(world_of(*parts, **fields), of, packs=packs, beside=elsewhere)
 
 
 def codes(report: Report) -> list[str]:

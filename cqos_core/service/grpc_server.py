@@ -19,20 +19,20 @@ from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused, fitted
-from cqos_core.service.answers import EDIT, PAIRS
 from cqos_core.service.call_dispatch import OTHERS, Heard, failure
-from cqos_core.service.callers import origin
-from cqos_core.service.observing import REQUEST_ID
+from cqos_core.service.call_handlers import EDIT, PAIRS
+from cqos_core.service.caller_quotas import origin
 from cqos_core.service.open_sessions import REQUESTS
 from cqos_core.service.settings import Files, joined, split_address
+from cqos_core.service.telemetry import REQUEST_ID
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
     from cqos_core.service.call_dispatch import Calls
-    from cqos_core.service.callers import Caller
-    from cqos_core.service.observing import Watch
+    from cqos_core.service.caller_quotas import Caller
     from cqos_core.service.settings import Settings
+    from cqos_core.service.telemetry import Watch
 
 SERVICES: Final = tuple(
     file.DESCRIPTOR.services_by_name[name].full_name

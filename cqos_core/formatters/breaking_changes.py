@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import Final, NamedTuple
 
 from cqos_core.analysis.breaking import Break, Breaking, Updated
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.markdown import as_markdown
 from cqos_core.formatters.terminal import clean, hanging, paint
@@ -49,7 +49,7 @@ def breaks_as_text(compared: Sequence[ComparedVersions], old: str, columns: int,
                 head, *rest = wrapped(f"{severity}: {_pair(same[0])} {_when(same[0])}", 2)
                 yield from (head.replace(severity, colors(severity, severity), 1), *rest)
                 finding = same[0].finding
-                place = f"{wording.position(finding.place)}: " if finding.place is not None else ""
+                place = f"{phrases.position(finding.place)}: " if finding.place is not None else ""
                 yield from wrapped(f"{place}{finding.code}: {finding.message}", 4)
                 if len(same) > 1:
                     yield f"    {plural(len(same), 'pair')} like this"

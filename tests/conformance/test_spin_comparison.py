@@ -3,11 +3,11 @@
 import json
 
 from cqos_core.packs import LINK
-from tests.conformance.second_opinion import DOCUMENT, RECORDED, cases, document
+from tests.conformance.spin_comparison import DOCUMENT, RECORDED, cases, document
 
 
 def test_the_page_is_what_was_recorded():
-    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m tests.conformance.second_opinion"
+    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m tests.conformance.spin_comparison"
 
 
 def test_no_answer_contradicts_what_c_qos_gives():

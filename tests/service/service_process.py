@@ -11,7 +11,7 @@ import threading
 import time
 
 from cqos_core.remote.client import Client
-from tests.command import start, start_installed
+from tests.command_process import start, start_installed
 
 STARTING_SECONDS = 60
 READY = ("serving", "starting")

@@ -17,7 +17,7 @@ from cqos_core.model.settings import Place
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.files.entrances import Way
+    from cqos_core.files.detected_inputs import Way
     from cqos_core.files.file_search import File
     from cqos_core.files.path_loader import Loaded
     from cqos_core.model.problems import Problem

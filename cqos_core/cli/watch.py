@@ -10,10 +10,10 @@ from typing import Final, TypeAlias
 import click
 
 from cqos_core.cli.console import say
+from cqos_core.cli.errors import say_cqos_error, say_refused
 from cqos_core.cli.exit_codes import UNUSABLE
-from cqos_core.cli.refusals import say_cqos_error, say_refused
 from cqos_core.files.file_search import find_files
-from cqos_core.formatters.wording import listed
+from cqos_core.formatters.phrases import listed
 from cqos_core.model.problems import CqosError
 from cqos_core.plugins import load_plugins
 

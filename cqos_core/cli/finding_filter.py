@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from cqos_core.cli.errors import refused
 from cqos_core.cli.parameters import nearest
-from cqos_core.cli.refusals import refused
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
 from cqos_core.plugins import load_plugins

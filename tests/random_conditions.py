@@ -1,4 +1,4 @@
-"""Random sentences over the policies of `tests.worlds`, each with what it means, said in Python: an oracle."""
+"""Random sentences over the policies of `tests.made_up_protocol`, each with what it means, said in Python: an oracle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cqos_core.language.expression import (
 )
 from cqos_core.language.values import INFINITE
 from cqos_core.language.vocabulary import Vocabulary
-from tests.worlds import CARE, COPIES, DELAY, INTERVAL, POLICIES, POST, SEALED, STAMP, STREETS
+from tests.made_up_protocol import CARE, COPIES, DELAY, INTERVAL, POLICIES, POST, SEALED, STAMP, STREETS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.model.settings import Place, Setting, Settings
     from cqos_core.model.system import Endpoint, Participant, Profile
     from cqos_core.packs.pack import RulePack
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
 
 Owner: TypeAlias = "Endpoint | Participant | Profile | None"
 What: TypeAlias = Literal["endpoint", "participant", "profile", "setting"]

@@ -6,7 +6,7 @@ from contextlib import suppress
 from html import escape, unescape
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.files.editing import is_json, replace_within, scalar
+from cqos_core.files.yaml_edits import is_json, replace_within, scalar
 from cqos_core.language.domains import flow
 from cqos_core.model.encoding import Lines, codec, decode, encoding_of
 from cqos_core.model.excerpt import exact, span

@@ -1,8 +1,8 @@
 """Writes docs/conformance-spin.md: what SPIN says of each guarantee of MQTT, beside what C-QoS gives and Mosquitto kept.
 
-python -m tests.conformance.second_opinion             write it from what was recorded
-python -m tests.conformance.second_opinion record      first ask SPIN about all designs, and record its answers
-python -m tests.conformance.second_opinion more        first ask SPIN about the designs that are not recorded
+python -m tests.conformance.spin_comparison             write it from what was recorded
+python -m tests.conformance.spin_comparison record      first ask SPIN about all designs, and record its answers
+python -m tests.conformance.spin_comparison more        first ask SPIN about the designs that are not recorded
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 DOCUMENT: Final = ROOT / "docs" / "conformance-spin.md"
-RECORDED: Final = Path(__file__).with_name("second_opinion.json")
+RECORDED: Final = Path(__file__).with_name("spin_comparison.json")
 Design = dict[str, Any]
 Case = tuple[str, Design, Fault | None]
 TIMED: Final = ("offline", "max_age", "max_gap", "liveness")
@@ -36,7 +36,7 @@ _AT_ONCE: Final = 2
 
 INTRODUCTION: Final = """# Second opinion of SPIN on MQTT
 
-Written by `python -m tests.conformance.second_opinion`. {by} checks each guarantee of MQTT in all runs of a model. The model has one
+Written by `python -m tests.conformance.spin_comparison`. {by} checks each guarantee of MQTT in all runs of a model. The model has one
 publisher, one broker, one subscriber and one fault, and {messages} messages. It is built from the values of the pair, and not from
 the rules of C-QoS. [Prove it](prove.md#ask-a-model-checker) describes how to ask SPIN about a pair of your own. [Conformance of
 guarantees](conformance-guarantees.md) has the same designs on {mosquitto}.

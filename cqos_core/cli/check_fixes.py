@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.cli.input_reader import InputReader
-    from cqos_core.files.units import Unit
+    from cqos_core.files.check_units import Unit
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.model.system import System

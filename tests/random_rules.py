@@ -28,7 +28,7 @@ from cqos_core.language.expression import (
 from cqos_core.language.policy import Policy
 from cqos_core.model.problems import ConditionError
 from cqos_core.packs.rule import Rule, forbids, requires
-from tests.worlds import CARE, CARRIER, COPIES, DELAY, POLICIES, POST, SEALED, STAMP, STREETS, YEAR
+from tests.made_up_protocol import CARE, CARRIER, COPIES, DELAY, POLICIES, POST, SEALED, STAMP, STREETS, YEAR
 
 if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack

@@ -1,4 +1,4 @@
-"""A caller of the service in a process of its own: ``python -m tests.service.crowd ADDRESS KIND NUMBER [TOKEN]``.
+"""A caller of the service in a process of its own: ``python -m tests.service.caller_process ADDRESS KIND NUMBER [TOKEN]``.
 
 It writes ``ready``, begins when it reads a line, and writes the time and the result of each answer. Its clock is that of
 all processes of the machine.
