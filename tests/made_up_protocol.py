@@ -312,14 +312,14 @@ def place(line: int, column: int | None = None) -> Place:
     return Place("world.yaml", line, column)
 
 
-def world_of(*parts: Any, **fields: Any) -> System:
+def system_of_parts(*parts: Any, **fields: Any) -> System:
     """A system, given as such or by its parts."""
     return parts[0] if len(parts) == 1 and isinstance(parts[0], System) else world(*parts, **fields)
 
 
 def checked(*parts: Any, packs: Sequence[RulePack] = (POST,), **fields: Any) -> Report:
     """The report on a system, or on the parts of one."""
-    return check(world_of(*parts, **fields), packs=packs)
+    return check(system_of_parts(*parts, **fields), packs=packs)
 
 
 def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,), **fields: Any) -> dict[str, Fact]:
@@ -328,7 +328,7 @@ def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,
     It is explained beside the first partner on its topic; where it has none, beside one that states nothing, in another town.
     """
     elsewhere = participant("another", town=99)
-    return explained_values.facts(world_of(*parts, **fields), of, packs=packs, beside=elsewhere)
+    return explained_values.facts(system_of_parts(*parts, **fields), of, packs=packs, beside=elsewhere)
 
 
 def codes(report: Report) -> list[str]:

@@ -14,7 +14,7 @@ from cqos_core.formatters.github import render_github
 from cqos_core.formatters.json_report import report_from_json
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.markdown import render_markdown
-from cqos_core.formatters.multi_system import together
+from cqos_core.formatters.multi_system import combined_report
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.finding import Verdict, plural
@@ -141,7 +141,7 @@ def test_an_event_that_was_not_read_hides_no_endpoint_of_another_system():
         1, unclear=("Other",), unread=(Part("event", place=Place("a.bpmn", element="Other"), endpoints=0),)
     )
     parts = [Report(Verdict.COMPATIBLE, coverage=each) for each in (event, Coverage(1, unclear=("Other",)))]
-    told = [*phrases.coverage(together(parts))]
+    told = [*phrases.coverage(combined_report(parts))]
     assert told[1:] == ["not read: event (a.bpmn)", "not known whole: `Other`"]
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from cqos_core.files.source_reader import read_source
-from cqos_core.files.unrecognised_files import unread
+from cqos_core.files.unrecognised_files import unrecognised_problem
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
@@ -36,7 +36,7 @@ LOG = (
 )
 def test_a_file_for_something_else_is_named(name, text, what, advice):
     source = Source(name, text.encode("latin-1"))
-    problem = unread(source, load_plugins())
+    problem = unrecognised_problem(source, load_plugins())
     assert what in problem.message
     assert advice in (problem.help or "")
     with pytest.raises(InputError) as raised:

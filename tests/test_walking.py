@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.files.folder_walk import Skipped, walk
+from cqos_core.files.folder_walk import SkippedFolder, walk
 
 DEEP = 1_600
 """Folders: more than Python calls into each other, and more than a path of Linux has room for."""
@@ -49,7 +49,7 @@ def _remove(deep):
 
 
 def test_a_walk_says_what_it_skips_and_why(hostile):
-    skipped: list[Skipped] = []
+    skipped: list[SkippedFolder] = []
     seen = [folder for folder, _, _ in walk(str(hostile), skipped)]
     assert len(seen) > 1_000
     causes = {each.path: each.cause for each in skipped if len(each.path) < 1_000}
@@ -63,7 +63,7 @@ def test_a_walk_says_what_it_skips_and_why(hostile):
 @pytest.mark.skipif(os.getuid() == 0, reason="root reads every folder")
 def test_a_folder_that_may_not_be_read_is_refused(tmp_path):
     (tmp_path / "closed").mkdir(mode=0)
-    skipped: list[Skipped] = []
+    skipped: list[SkippedFolder] = []
     assert [folder for folder, _, _ in walk(str(tmp_path), skipped)] == [str(tmp_path)]
     assert [(each.path, each.refused) for each in skipped] == [(str(tmp_path / "closed"), True)]
 

@@ -6,16 +6,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.event_order import Order
-from cqos_core.behaviour.event_rates import Counting, added, is_single
-from cqos_core.behaviour.graph import joined
-from cqos_core.behaviour.reachability import reached, single_waits
+from cqos_core.behaviour.event_rates import EventRates, is_single, sum_of_rates
+from cqos_core.behaviour.graph import joined_graph
+from cqos_core.behaviour.reachability import reachable_events, single_waits
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence
 
     from cqos_core.behaviour.event_rates import Rate
     from cqos_core.behaviour.graph import Graph, Wiring
-    from cqos_core.behaviour.reachability import Reached
+    from cqos_core.behaviour.reachability import ReachableEvents
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3
@@ -32,65 +32,65 @@ class Behaviour:
     """
 
     def __init__(self, flows: Sequence[ControlFlow], signals: Wiring) -> None:
-        """See `analysed`."""
+        """See `behaviour_of`."""
         self.flows = (*flows,)
         self.signals = signals
-        self.graph: Graph = joined(flows, signals)
+        self.graph: Graph = joined_graph(flows, signals)
 
     @cached_property
-    def reached_anyhow(self) -> Reached:
+    def reachable_in_any_order(self) -> ReachableEvents:
         """What may happen, where topics without any publisher in the system have one elsewhere, and signals come in any order."""
-        return reached(self.graph, self.signals, missing=True)
+        return reachable_events(self.graph, self.signals, missing=True)
 
     @property
-    def reached(self) -> Reached:
+    def reachable(self) -> ReachableEvents:
         """What may happen, where a wait that ends at most once is not ended by what happens later."""
-        return self._counted[0]
+        return self._reachable_and_rates[0]
 
     @cached_property
-    def reached_alone(self) -> Reached:
+    def reachable_alone(self) -> ReachableEvents:
         """What may happen, where nothing publishes that the system does not have."""
-        return reached(self.graph, self.signals, missing=False, waits=self._waits(self.counting))
+        return reachable_events(self.graph, self.signals, missing=False, waits=self._waits(self.rates))
 
     @property
-    def counting(self) -> Counting:
+    def rates(self) -> EventRates:
         """How often everything happens at most."""
-        return self._counted[1]
+        return self._reachable_and_rates[1]
 
     @cached_property
-    def _counted(self) -> tuple[Reached, Counting]:
+    def _reachable_and_rates(self) -> tuple[ReachableEvents, EventRates]:
         """What may happen and how often: the one follows from the other, so each is looked at again."""
-        known = self.reached_anyhow
-        counting = Counting(self.graph, self.signals, known.fired)
+        known = self.reachable_in_any_order
+        counting = EventRates(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
-            known = reached(self.graph, self.signals, missing=True, waits=self._waits(counting))
-            earlier, counting = counting, Counting(self.graph, self.signals, known.fired, counting)
+            known = reachable_events(self.graph, self.signals, missing=True, waits=self._waits(counting))
+            earlier, counting = counting, EventRates(self.graph, self.signals, known.fired, counting)
             if counting.bounds == earlier.bounds:
                 break
         return known, counting
 
-    def _waits(self, counting: Counting) -> dict[int, int]:
+    def _waits(self, counting: EventRates) -> dict[int, int]:
         return single_waits(self.graph, lambda at: is_single(counting.bounds[at]))
 
     @cached_property
     def order(self) -> Order:
         """What happens before what."""
-        return Order(self.graph, self.signals, self.counting.token)
+        return Order(self.graph, self.signals, self.rates.token)
 
     def thrown(self, nodes: Iterable[int]) -> Rate | None:
         """Return how often some nodes throw together."""
-        return added(self.counting.throws(at) for at in nodes)
+        return sum_of_rates(self.rates.throws(at) for at in nodes)
 
     def on_topic(self, topic: Hashable) -> Rate | None:
         """Return how often samples come on a topic; None where something else than the processes may publish there."""
-        return self.counting.of_topic(topic)
+        return self.rates.of_topic(topic)
 
     def is_once(self, at: int) -> bool:
         """Whether a node happens at most once."""
-        return is_single(self.counting.throws(at))
+        return is_single(self.rates.throws(at))
 
 
-def analysed(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
+def behaviour_of(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
     """Return what the control flow of all files says, where ``signals`` says which endpoints match.
 
     The last answer is remembered: most edits of a session change settings, and neither flows nor topics.

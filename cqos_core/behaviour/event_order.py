@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable, Iterator
 from typing import Final
 
 from cqos_core.behaviour.graph import ENTERED, Graph, Wiring, link_catches
-from cqos_core.behaviour.wait_times import Waits, least, timer_wait
+from cqos_core.behaviour.wait_times import WaitTimes, shortest_times, timer_wait
 from cqos_core.model.flow import WITHIN
 from cqos_core.model.grouping import grouped
 
@@ -27,11 +27,11 @@ class Order:
         self._graph = graph
         self._token = token
         self._signals = signals
-        self._waits = Waits(graph)
+        self._waits = WaitTimes(graph)
         self._size = len(graph.nodes)
         self._root = 2 * self._size
         steps = self._steps()
-        self._arrival = least([self._root], lambda at: steps.get(at, ()))
+        self._arrival = shortest_times([self._root], lambda at: steps.get(at, ()))
         self._dominator = _dominators(self._root, steps)
         self._left = _BUDGET * self._size
 
@@ -58,7 +58,7 @@ class Order:
                 found = time if found is None else max(found, time)
         if found is None and self._token(first) is not None and self._token(first) == self._token(last):
             self._left -= len(self._graph.inside[self._graph.parent[first]])
-            found = least([first], self._waits.steps).get(last) if self._left > 0 else None
+            found = shortest_times([first], self._waits.steps).get(last) if self._left > 0 else None
         return found
 
     def heard(self, at: int) -> Hashable | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.components import components, turns
 from cqos_core.behaviour.graph import ENTERED
-from cqos_core.behaviour.wait_times import Waits, timer_wait
+from cqos_core.behaviour.wait_times import WaitTimes, timer_wait
 from cqos_core.language.values import INFINITE
 from cqos_core.model.dataclass import dataclass
 
@@ -72,7 +72,7 @@ _DEAD: Final = Rate(Fraction(0), signals=True)
 _ALONE: Final = Rate(Fraction(1), alone=True)
 
 
-def added(bounds: Iterable[Rate | None]) -> Rate | None:
+def sum_of_rates(bounds: Iterable[Rate | None]) -> Rate | None:
     """Return the bound of all together."""
     once, rate, origins, alone, signals = Fraction(0), Fraction(0), dict[int, None](), False, False
     for each in bounds:
@@ -117,7 +117,7 @@ _TURNING: Final = _CHOOSING | {
 """Kinds of nodes that a loop may consist of, where its turns are counted."""
 
 
-class Counting:
+class EventRates:
     """The bounds of all nodes.
 
     Attributes:
@@ -125,7 +125,7 @@ class Counting:
     """
 
     def __init__(
-        self, graph: Graph, signals: Wiring, happening: AbstractSet[int], earlier: Counting | None = None
+        self, graph: Graph, signals: Wiring, happening: AbstractSet[int], earlier: EventRates | None = None
     ) -> None:
         """Count once.
 
@@ -141,7 +141,7 @@ class Counting:
         self._leaving: dict[int, tuple[int, Rate | None]] = {}
         self._sources: dict[int, tuple[int, Rate | None]] = {}
         self._signals = signals
-        self._waits = Waits(graph)
+        self._waits = WaitTimes(graph)
         self._size = len(graph.nodes)
         self._thrown = [*graph.thrown_at]
         self._topics = {topic: self._size + number for number, topic in enumerate(self._thrown)}
@@ -192,7 +192,7 @@ class Counting:
         """Return the bound of what is in no loop, from the bounds of what it depends on."""
         graph = self._graph
         if at >= self._size:
-            return added(self.throws(each) for each in graph.thrown_at[self._thrown[at - self._size]])
+            return sum_of_rates(self.throws(each) for each in graph.thrown_at[self._thrown[at - self._size]])
         node = graph.nodes[at]
         if at not in self._happening:
             return _DEAD
@@ -216,7 +216,7 @@ class Counting:
         coming, sources = self._coming([at])
         if len(coming) == 1 and sources:
             ((self._sources[at]),) = sources.items()
-        return added(coming)
+        return sum_of_rates(coming)
 
     def _coming(
         self, group: Iterable[int], inside: AbstractSet[int] = frozenset()
@@ -236,7 +236,7 @@ class Counting:
                     passed.setdefault(source[0], []).append(self._left(each, at))
                 elif each not in inside:
                     ways.append(self._left(each, at))
-        together = [tightest([sources[source], added(bounds)]) for source, bounds in passed.items()]
+        together = [tightest([sources[source], sum_of_rates(bounds)]) for source, bounds in passed.items()]
         return [*ways, *together], sources
 
     def _source(self, at: int) -> tuple[int, Rate | None] | None:
@@ -268,7 +268,7 @@ class Counting:
             return None
         if "start" in kinds:
             idle = [scaled(_ALONE, self._several(at))] if graph.idles(at) else []
-            return added(
+            return sum_of_rates(
                 [*idle, *(self.bounds[each] for each in graph.inside[at] if graph.nodes[each].kind == "start")]
             )
         return None if graph.nodes[at].by_event else self._untriggered(at)
@@ -289,7 +289,9 @@ class Counting:
         if graph.called_anywhere:
             return None
         own = scaled(_ALONE, self._several(process)) if graph.nodes[process].has_pool else NEVER
-        return added([own, *(scaled(self.bounds[each], graph.nodes[each].times) for each in graph.calls[process])])
+        return sum_of_rates(
+            [own, *(scaled(self.bounds[each], graph.nodes[each].times) for each in graph.calls[process])]
+        )
 
     def _start(self, at: int) -> Rate | None:
         graph, node = self._graph, self._graph.nodes[at]
@@ -319,11 +321,11 @@ class Counting:
         if any(trigger.kind == kind for trigger in node.triggers):
             topics = self._graph.catches[at]
             heard = [self.of_topic(topic) for topic in topics] if topics and each.rate == 0 else [None]
-            together = tightest(heard) if node.all_triggers else added(heard)
+            together = tightest(heard) if node.all_triggers else sum_of_rates(heard)
             bounds.append(None if together is None else replace(together.times(each.once), signals=True))
         if any(trigger.timer is None and trigger.kind != kind for trigger in node.triggers):
             bounds.append(None)
-        return tightest(bounds) if node.all_triggers else added(bounds)
+        return tightest(bounds) if node.all_triggers else sum_of_rates(bounds)
 
     def _turn(self, group: Sequence[int]) -> None:
         """Count the nodes of a loop: tokens that enter it, the least time of a turn, and the samples that each turn takes."""
@@ -363,10 +365,10 @@ class Counting:
             for at in part
             if len(part) > 1 or part[0] in rest[part[0]]
         }
-        samples = added(taken.values())
+        samples = sum_of_rates(taken.values())
         if not taken or samples is None:
             return {}
-        bound = added([entering, replace(samples.times(entering.once), signals=True)])
+        bound = sum_of_rates([entering, replace(samples.times(entering.once), signals=True)])
         return {} if bound is None else dict.fromkeys(set(group) - turning, bound)
 
     def _taken(self, at: int) -> Rate | None:
@@ -379,7 +381,7 @@ class Counting:
         if self._graph.replayed[at]:
             return None
         heard_bounds = [self._earlier.of_topic(topic) for topic in topics]
-        return tightest(heard_bounds) if node.all_triggers else added(heard_bounds)
+        return tightest(heard_bounds) if node.all_triggers else sum_of_rates(heard_bounds)
 
     def _entering(self, group: Sequence[int]) -> Rate | None:
         """Return how many tokens enter a loop; None where there are more in it than that, or it is not understood."""
@@ -410,7 +412,7 @@ class Counting:
             elif node.kind == "start":
                 entering.append(self._starting(at, inside))
         nodes = [at for at in group if at < self._size]
-        return added([*entering, *self._coming(nodes, inside)[0]])
+        return sum_of_rates([*entering, *self._coming(nodes, inside)[0]])
 
     def _entering_samples(self, at: int, inside: AbstractSet[int]) -> list[Rate | None]:
         """Return how many samples come to a topic of a loop from elsewhere; one of the loop starts one process of it."""
@@ -428,7 +430,7 @@ class Counting:
         plain = graph.nodes[process].kind == "process" and not node.all_triggers and kinds == {graph.heard(at)}
         if not plain or not topics or self._several(process) != 1:
             return None
-        return added(self.of_topic(each) for each in topics if self._topics.get(each) not in inside)
+        return sum_of_rates(self.of_topic(each) for each in topics if self._topics.get(each) not in inside)
 
 
 def _of_timer(timer: Timer, each: Rate, at: int) -> Rate | None:

@@ -53,7 +53,7 @@ def behaviour_finding(
         assumed: what the claim rests on.
         worlds: for a claim that depends on a reading, the verdict of each.
         severity: where it is not that of the code.
-        fix: of `draft`.
+        fix: of `draft_fix`.
     """
     info = CODES[code]
     ends = sorted(ends, key=lambda each: each.id)
@@ -77,7 +77,7 @@ def behaviour_finding(
     )
 
 
-def draft(ends: Sequence[Resolved], policy: str, value: Plain) -> Remedy | None:
+def draft_fix(ends: Sequence[Resolved], policy: str, value: Plain) -> Remedy | None:
     """Return a change of a policy of some endpoints that ends a finding. What else it does is not known yet."""
     first = ends[0]
     if (ENDPOINT, policy) not in first.pack.vocabulary.indices:

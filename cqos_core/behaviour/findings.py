@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.catch_option import reading_of, unknown_reading
-from cqos_core.behaviour.flow_model import Drawn, draws
-from cqos_core.behaviour.repetition_findings import round_findings
+from cqos_core.behaviour.flow_model import FlowModel, has_control_flow
+from cqos_core.behaviour.repetition_findings import repetition_findings
 from cqos_core.behaviour.sequence_findings import sequence_findings
 from cqos_core.behaviour.timer_findings import timer_findings
 from cqos_core.behaviour.unreachable_findings import unreachable_findings
@@ -22,22 +22,22 @@ UNMET = frozenset({"BP109", "BP114"})
 
 def behaviour_findings(pipeline: Pipeline) -> list[Finding]:
     """Report what the control flow of a system says for certain; nothing where it draws none."""
-    drawn = drawn_by(pipeline)
-    return [] if drawn is None else findings_of(drawn, pipeline.system)
+    model = flow_model_of(pipeline)
+    return [] if model is None else findings_of(model, pipeline.system)
 
 
-def drawn_by(pipeline: Pipeline) -> Drawn | None:
+def flow_model_of(pipeline: Pipeline) -> FlowModel | None:
     """Return what the control flow of a system says; None where it draws none."""
-    return Drawn(pipeline) if draws(pipeline.system) else None
+    return FlowModel(pipeline) if has_control_flow(pipeline.system) else None
 
 
-def findings_of(drawn: Drawn, system: System) -> list[Finding]:
+def findings_of(model: FlowModel, system: System) -> list[Finding]:
     """Report what control flow says about the settings of a system."""
     reading = reading_of(system)
     return [
         *unknown_reading(system),
-        *unreachable_findings(drawn),
-        *timer_findings(drawn),
-        *sequence_findings(drawn, reading),
-        *round_findings(drawn, reading),
+        *unreachable_findings(model),
+        *timer_findings(model),
+        *sequence_findings(model, reading),
+        *repetition_findings(model, reading),
     ]

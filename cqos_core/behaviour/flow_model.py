@@ -6,7 +6,7 @@ from collections import Counter
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.analysis import analysed
+from cqos_core.behaviour.analysis import behaviour_of
 from cqos_core.behaviour.graph import Wiring
 from cqos_core.behaviour.policy_values import _may_be_kept
 from cqos_core.matching.judge import apart
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import Resolved
 
 
-class Drawn:
+class FlowModel:
     """A system, and what its control flow says.
 
     Attributes:
@@ -35,10 +35,10 @@ class Drawn:
     def __init__(self, pipeline: Pipeline) -> None:
         """Find out which nodes throw to and catch from which endpoints."""
         self.topics: Mapping[TopicKey, Sequence[Resolved]] = pipeline.topics
-        self._names = _DrawnNames(pipeline.system)
+        self._names = _FlowNames(pipeline.system)
         keyed = ((self._names.key(each), each) for each in pipeline.endpoints)
         self._ends = grouped((key, each) for key, each in keyed if key is not None)
-        self.behaviour: Behaviour = analysed(pipeline.system.flows, self._signals(pipeline))
+        self.behaviour: Behaviour = behaviour_of(pipeline.system.flows, self._signals(pipeline))
 
     def _signals(self, pipeline: Pipeline) -> Wiring:
         ends = [(self._names.key(each), topic, each) for topic, on_it in self.topics.items() for each in on_it]
@@ -92,7 +92,7 @@ class Drawn:
             yield from ((each, topics) for each in ends if topics and each.role == SUBSCRIBER)
 
 
-class _DrawnNames:
+class _FlowNames:
     """Tells which endpoint of a file a resolved one is: several files may use one id."""
 
     def __init__(self, system: System) -> None:
@@ -112,6 +112,6 @@ class _DrawnNames:
         return (next(iter(sources)), end.stated_id) if alone else None
 
 
-def draws(system: System) -> bool:
+def has_control_flow(system: System) -> bool:
     """Whether a system has control flow about which something can be said: it is whole, and no mere trial."""
     return not (system.partial or system.hypothetical) and any(flow.flows for flow in system.flows)

@@ -115,7 +115,7 @@ class Graph:
         return not (self.before[at] or self.after[at])
 
 
-def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
+def joined_graph(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
     """Return the graph of all files."""
     graph = Graph()
     for flow in flows:

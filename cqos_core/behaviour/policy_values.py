@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import Resolved
 
 
-def finite(end: Resolved, policy: str) -> int | None:
+def finite_value(end: Resolved, policy: str) -> int | None:
     """Return the value of a policy of an endpoint, None where it is infinite, not known, or the pack has no such policy."""
     indices = end.pack.vocabulary.indices
     if not policy or (ENDPOINT, policy) not in indices:
@@ -42,17 +42,17 @@ def _keeps(end: Resolved) -> bool | None:
     return True if kept[0] and end.role not in end.pack.policy(kept[0]).roles else is_one_of(end, kept)
 
 
-def keep(publisher: Resolved, subscriber: Resolved) -> bool | None:
+def keep_for_late_joiners(publisher: Resolved, subscriber: Resolved) -> bool | None:
     """Return whether both ends keep samples for a subscription that comes later; None where that is not known."""
     timing = publisher.pack.timing
     answers = {_keeps(publisher), _keeps(subscriber), _judged(timing.replayed, publisher, subscriber)}
     return False if False in answers else None if None in answers else True
 
 
-def kept_for(publisher: Resolved, subscriber: Resolved) -> int | None:
+def storage_time(publisher: Resolved, subscriber: Resolved) -> int | None:
     """Return for how long an intermediary keeps samples for later subscriptions; None where nothing limits it for certain."""
     timing = publisher.pack.timing
-    return finite(publisher, timing.kept_for) if _judged(timing.expires, publisher, subscriber) else None
+    return finite_value(publisher, timing.kept_for) if _judged(timing.expires, publisher, subscriber) else None
 
 
 def _judged(condition: Condition | None, publisher: Resolved, subscriber: Resolved) -> bool | None:
@@ -62,7 +62,7 @@ def _judged(condition: Condition | None, publisher: Resolved, subscriber: Resolv
     return bind(condition, publisher.pack.vocabulary).judge(*values).result
 
 
-def needed(end: Resolved, word: str) -> int | None:
+def required_value(end: Resolved, word: str) -> int | None:
     """Return what an endpoint requires of a guarantee, None where it requires nothing or that is not known."""
     index, nothing = end.pack.needs.get(word, (None, None))
     value = None if index is None else end.profile.values[index]

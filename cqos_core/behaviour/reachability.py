@@ -32,7 +32,7 @@ _BUDGET: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Reached:
+class ReachableEvents:
     """What may happen.
 
     Attributes:
@@ -46,7 +46,9 @@ class Reached:
     thrown: AbstractSet[Hashable]
 
 
-def reached(graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int] | None = None) -> Reached:
+def reachable_events(
+    graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int] | None = None
+) -> ReachableEvents:
     """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes; ``waits`` of `single_waits`."""
     if waits:
         search = _Search(graph, signals, missing=missing, waits=waits)
@@ -98,9 +100,9 @@ class _Search:
         self._waiting: dict[int, None] = {}
         self._links = link_catches(graph)
 
-    def found(self) -> Reached:
+    def found(self) -> ReachableEvents:
         """Return what is reached."""
-        return Reached(self._arrived.keys(), self._fired.keys(), self._thrown.keys())
+        return ReachableEvents(self._arrived.keys(), self._fired.keys(), self._thrown.keys())
 
     def run(self, budget: int | None = None) -> bool:
         """Search to the end; return whether that took no more steps than the budget. Without waits each node is one step."""

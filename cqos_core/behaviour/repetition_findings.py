@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.catch_option import AT_TOKEN, BUFFERED, OPTION, OWNER
-from cqos_core.behaviour.finding_parts import behaviour_finding, draft, time_text
-from cqos_core.behaviour.policy_values import finite, is_one_of, keep, needed
+from cqos_core.behaviour.finding_parts import behaviour_finding, draft_fix, time_text
+from cqos_core.behaviour.policy_values import finite_value, is_one_of, keep_for_late_joiners, required_value
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import SUBSCRIBER
@@ -14,26 +14,26 @@ from cqos_core.model.system import SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.flow_model import Drawn
+    from cqos_core.behaviour.flow_model import FlowModel
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 
 _ONCE = "a process whose start has no trigger runs once in each participant"
 
 
-def round_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
+def repetition_findings(model: FlowModel, reading: str | None) -> list[Finding]:
     """Report answers of earlier rounds, bursts, and samples that are kept for no one; ``reading`` is the option ``bpmn.catch``."""
     found: list[Finding] = []
-    for at, node in enumerate(drawn.behaviour.graph.nodes):
-        for end in drawn.ends(at):
+    for at, node in enumerate(model.behaviour.graph.nodes):
+        for end in model.ends(at):
             if node.kind in {"start", "catch"} and end.role == SUBSCRIBER:
                 if reading in {None, AT_TOKEN} and node.kind == "catch":
-                    found += _earlier_answer(drawn, at, end, reading)
+                    found += _earlier_answer(model, at, end, reading)
                 if reading in {None, BUFFERED} and node.kind == "catch":
-                    found += _taken_once(drawn, at, end, reading)
+                    found += _taken_once(model, at, end, reading)
                 if reading not in {None, AT_TOKEN} and node.kind == "start":
-                    found += _kept_for_restarts(drawn, end)
-    return [*found, *_bursts(drawn)]
+                    found += _kept_for_restarts(model, end)
+    return [*found, *_bursts(model)]
 
 
 def _fact(end: Resolved, name: str) -> bool:
@@ -46,19 +46,19 @@ def _worlds(reading: str | None, name: str) -> dict[str, Verdict]:
     return {f"{OWNER}.{OPTION}={name}": Verdict.INCOMPATIBLE} if reading is None else {}
 
 
-def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
+def _earlier_answer(model: FlowModel, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
     """Report that a kept answer to an earlier request may be taken, where one timer starts the rounds."""
-    graph, order = drawn.behaviour.graph, drawn.behaviour.order
+    graph, order = model.behaviour.graph, model.behaviour.order
     starts = [each for each in graph.inside[graph.process[at]] if graph.nodes[each].kind == "start"]
     timers = [each.timer for start in starts for each in graph.nodes[start].triggers]
     topic = order.heard(at)
     if len(timers) != 1 or timers[0] is None or timers[0].kind != "cycle" or not timers[0].wait or topic is None:
         return
     requests = {each for throw in order.before(at) for each in graph.throws[throw]}
-    answers = [_started_by(drawn, each) for each in graph.thrown_at.get(topic, ())]
-    timing, publishers = end.pack.timing, drawn.partners_here(end)
-    lives = [finite(each, life) for each in publishers for life in (timing.lifespan, timing.kept_for)]
-    kept = all(keep(each, end) for each in publishers)
+    answers = [_started_by(model, each) for each in graph.thrown_at.get(topic, ())]
+    timing, publishers = end.pack.timing, model.partners_here(end)
+    lives = [finite_value(each, life) for each in publishers for life in (timing.lifespan, timing.kept_for)]
+    kept = all(keep_for_late_joiners(each, end) for each in publishers)
     short = any(life is not None and life < timers[0].wait for life in lives)
     if publishers and answers and all(each in requests for each in answers) and kept and not short:
         message = (
@@ -69,22 +69,22 @@ def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -
         yield behaviour_finding("BP108", message, [end], policies=[timing.kept[0]], worlds=worlds)
 
 
-def _started_by(drawn: Drawn, throw: int) -> Hashable | None:
+def _started_by(model: FlowModel, throw: int) -> Hashable | None:
     """Return the one topic whose samples start the process of a throw."""
-    graph = drawn.behaviour.graph
+    graph = model.behaviour.graph
     starts = [each for each in graph.inside[graph.process[throw]] if graph.nodes[each].kind == "start"]
-    return drawn.behaviour.order.heard(starts[0]) if len(starts) == 1 else None
+    return model.behaviour.order.heard(starts[0]) if len(starts) == 1 else None
 
 
-def _taken_once(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
+def _taken_once(model: FlowModel, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
     """Report a reader whose process takes one sample, beside a writer that keeps all and goes on for ever."""
-    behaviour, timing = drawn.behaviour, end.pack.timing
+    behaviour, timing = model.behaviour, end.pack.timing
     topic = behaviour.order.heard(at)
     bound = None if topic is None else behaviour.on_topic(topic)
-    if bound is None or not bound.rate or not behaviour.is_once(at) or len(drawn.nodes([end])) != 1:
+    if bound is None or not bound.rate or not behaviour.is_once(at) or len(model.nodes([end])) != 1:
         return
-    same = [each for each in drawn.on(topic, SUBSCRIBER) if each.participant is end.participant]
-    publishers = drawn.partners_here(end)
+    same = [each for each in model.on(topic, SUBSCRIBER) if each.participant is end.participant]
+    publishers = model.partners_here(end)
     everything = publishers and all(is_one_of(each, timing.unlimited) for each in (end, *publishers))
     if len(same) == 1 and everything and all(is_one_of(each, timing.certain) for each in (end, *publishers)):
         message = (
@@ -95,40 +95,44 @@ def _taken_once(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> It
         yield behaviour_finding("BP118", message, [end], policies=policies, worlds=worlds, assumed=[_ONCE])
 
 
-def _kept_for_restarts(drawn: Drawn, end: Resolved) -> Iterator[Finding]:
+def _kept_for_restarts(model: FlowModel, end: Resolved) -> Iterator[Finding]:
     """Report samples that are kept for a subscription that exists from the start of its device."""
-    timing, publishers = end.pack.timing, drawn.partners_here(end)
+    timing, publishers = end.pack.timing, model.partners_here(end)
     index = end.pack.vocabulary.indices.get((TOPIC, timing.latched))
     stated = index is not None and end.written(index) is not None
-    if publishers and all(keep(each, end) for each in publishers) and not (stated and _fact(end, timing.latched)):
+    if (
+        publishers
+        and all(keep_for_late_joiners(each, end) for each in publishers)
+        and not (stated and _fact(end, timing.latched))
+    ):
         message = (
             f"samples of `{end.shown}` are kept for later subscribers, and `{end.id}` is later only after a restart"
         )
         yield behaviour_finding("BP117", message, [end], policies=[timing.kept[0]])
 
 
-def _bursts(drawn: Drawn) -> Iterator[Finding]:
+def _bursts(model: FlowModel) -> Iterator[Finding]:
     """Report requirements that nothing is lost, where more samples are sent at once than the publisher keeps."""
-    for end, topics in drawn.subscribers():
+    for end, topics in model.subscribers():
         # A history keeps as many samples of each instance.
-        if not needed(end, "loss_free") or _fact(end, end.pack.timing.keyed):
+        if not required_value(end, "loss_free") or _fact(end, end.pack.timing.keyed):
             continue
         for topic in topics:
-            for publisher in drawn.partners(end, [topic]):
-                timing, depth = publisher.pack.timing, finite(publisher, publisher.pack.timing.depth)
-                size = max((_burst(drawn, each, topic) for each in drawn.nodes([publisher])), default=0)
+            for publisher in model.partners(end, [topic]):
+                timing, depth = publisher.pack.timing, finite_value(publisher, publisher.pack.timing.depth)
+                size = max((_burst(model, each, topic) for each in model.nodes([publisher])), default=0)
                 if depth is not None and depth < size and is_one_of(publisher, timing.unlimited) is False:
                     message = (
                         f"subscriber `{end.id}` needs loss_free, but publisher `{publisher.id}` sends {size} samples at once "
                         f"and keeps {depth}"
                     )
-                    yield behaviour_finding("BP109", message, [end], fix=draft([publisher], timing.depth, size))
+                    yield behaviour_finding("BP109", message, [end], fix=draft_fix([publisher], timing.depth, size))
 
 
-def _burst(drawn: Drawn, at: int, topic: Hashable) -> int:
+def _burst(model: FlowModel, at: int, topic: Hashable) -> int:
     """Return how many samples of a topic are sent from a throw on, with nothing between that takes time."""
-    graph = drawn.behaviour.graph
-    if at not in drawn.behaviour.reached.fired:
+    graph = model.behaviour.graph
+    if at not in model.behaviour.reachable.fired:
         return 0
     size, seen, around = 1, {at}, graph.parent[at]
     following = graph.after[at]

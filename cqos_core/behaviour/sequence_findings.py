@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.catch_option import AT_TOKEN, BUFFERED, OPTION, OWNER, UNBUFFERED
-from cqos_core.behaviour.finding_parts import THROWN, behaviour_finding, draft, time_text
-from cqos_core.behaviour.policy_values import finite, is_one_of, keep, kept_for
+from cqos_core.behaviour.finding_parts import THROWN, behaviour_finding, draft_fix, time_text
+from cqos_core.behaviour.policy_values import finite_value, is_one_of, keep_for_late_joiners, storage_time
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.matching.judge import apart
 from cqos_core.model.dataclass import dataclass
@@ -17,7 +17,7 @@ from cqos_core.resolving.facts import fact
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.flow_model import Drawn
+    from cqos_core.behaviour.flow_model import FlowModel
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
 
@@ -40,15 +40,15 @@ class _Once:
     age: int
 
 
-def sequence_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
+def sequence_findings(model: FlowModel, reading: str | None) -> list[Finding]:
     """Report samples that come before a token waits for them; ``reading`` is the option ``bpmn.catch``, where it is stated."""
     found: list[Finding] = []
-    for once in _sent_before(drawn):
-        for publisher in drawn.ends(once.throw):
-            for subscriber in drawn.ends(once.catch):
+    for once in _sent_before(model):
+        for publisher in model.ends(once.throw):
+            for subscriber in model.ends(once.catch):
                 if _meet(publisher, subscriber):
                     found += _late(once, publisher, subscriber, reading)
-    found += _timeouts(drawn)
+    found += _timeouts(model)
     return found
 
 
@@ -58,23 +58,23 @@ def _meet(publisher: Resolved, subscriber: Resolved) -> bool:
     return same and not apart(publisher.profile, subscriber.profile)
 
 
-def _only_throw(drawn: Drawn, topic: Hashable) -> int | None:
+def _only_throw(model: FlowModel, topic: Hashable) -> int | None:
     """Return the one event that publishes on a topic, and does so once at most."""
-    behaviour = drawn.behaviour
+    behaviour = model.behaviour
     throws = behaviour.graph.thrown_at.get(topic, [])
     alone = len(throws) == 1 and not behaviour.signals.is_open(topic)
     return throws[0] if alone and behaviour.is_once(throws[0]) else None
 
 
-def _sent_before(drawn: Drawn) -> Iterator[_Once]:
-    behaviour = drawn.behaviour
+def _sent_before(model: FlowModel) -> Iterator[_Once]:
+    behaviour = model.behaviour
     for at, node in enumerate(behaviour.graph.nodes):
         if node.kind != "catch" or not node.endpoints or not behaviour.is_once(at):
             continue
         topic = behaviour.order.heard(at)
-        throw = None if topic is None else _only_throw(drawn, topic)
+        throw = None if topic is None else _only_throw(model, topic)
         age = None if throw is None else behaviour.order.since(throw, at)
-        if throw is not None and age is not None and at in behaviour.reached.arrived:
+        if throw is not None and age is not None and at in behaviour.reachable.arrived:
             yield _Once(throw, at, age)
 
 
@@ -84,7 +84,7 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
         "a process whose start has no trigger runs once in each participant",
         f"no other program publishes on `{subscriber.shown}`",
     ]
-    life = finite(publisher, timing.lifespan)
+    life = finite_value(publisher, timing.lifespan)
     sent = f"`{publisher.id}` sends the only sample of `{subscriber.shown}`"
     if life is not None and life < once.age:
         message = (
@@ -95,10 +95,10 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
         life_of = Side(
             PUBLISHER, (publisher.id,), THROWN, (fact(publisher, publisher.profile, index),), publisher.endpoint.place
         )
-        fix = draft([publisher], timing.lifespan, once.age)
+        fix = draft_fix([publisher], timing.lifespan, once.age)
         yield behaviour_finding("BP106", message, [subscriber], beside=[life_of], assumed=[*assumed, _CLOCKS], fix=fix)
         return
-    kept, stored = keep(publisher, subscriber), kept_for(publisher, subscriber)
+    kept, stored = keep_for_late_joiners(publisher, subscriber), storage_time(publisher, subscriber)
     certain = [is_one_of(each, timing.certain) for each in (publisher, subscriber)]
     if not timing.kept[0] or kept is None or None in certain:
         return
@@ -130,39 +130,39 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
     )
 
 
-def _timeouts(drawn: Drawn) -> Iterator[Finding]:
+def _timeouts(model: FlowModel) -> Iterator[Finding]:
     """Report answers that come after the timer of their gateway is due."""
-    behaviour = drawn.behaviour
+    behaviour = model.behaviour
     graph = behaviour.graph
     for gateway, node in enumerate(graph.nodes):
         if node.kind != "event_based" or len(graph.before[gateway]) != 1 or not behaviour.is_once(gateway):
             continue
         (request,) = graph.before[gateway]
-        if any(_only_throw(drawn, topic) != request for topic in graph.throws[request]) or not graph.throws[request]:
+        if any(_only_throw(model, topic) != request for topic in graph.throws[request]) or not graph.throws[request]:
             continue
         timers = [each.timer for at in graph.after[gateway] for each in graph.nodes[at].triggers]
         dues = [each.due for each in timers if each is not None and each.due is not None]
         if not dues or graph.nodes[request].kind != "throw":
             continue
         for catch in graph.after[gateway]:
-            wait = _answered(drawn, request, catch) if graph.before[catch] == [gateway] else None
-            if wait is not None and wait > min(dues) and any(map(drawn.partners_here, drawn.ends(catch))):
-                yield _timeout(drawn, catch, wait, min(dues))
+            wait = _answered(model, request, catch) if graph.before[catch] == [gateway] else None
+            if wait is not None and wait > min(dues) and any(map(model.partners_here, model.ends(catch))):
+                yield _timeout(model, catch, wait, min(dues))
 
 
-def _answered(drawn: Drawn, request: int, catch: int) -> int | None:
+def _answered(model: FlowModel, request: int, catch: int) -> int | None:
     """Return how long after a request its answer is sent at the earliest; None where that is open."""
-    order = drawn.behaviour.order
+    order = model.behaviour.order
     topic = order.heard(catch)
-    throws = [] if topic is None else drawn.behaviour.graph.thrown_at.get(topic, [])
+    throws = [] if topic is None else model.behaviour.graph.thrown_at.get(topic, [])
     times = [order.since(request, each) for each in throws]
     known = [each for each in times if each is not None]
     return min(known) if known and len(known) == len(times) else None
 
 
-def _timeout(drawn: Drawn, catch: int, wait: int, due: int) -> Finding:
-    ends = drawn.ends(catch)
-    name = drawn.behaviour.graph.nodes[catch].id
+def _timeout(model: FlowModel, catch: int, wait: int, due: int) -> Finding:
+    ends = model.ends(catch)
+    name = model.behaviour.graph.nodes[catch].id
     message = (
         f"the answer at `{name}` comes {time_text(wait)} after the request at the earliest, "
         f"but the wait for it ends after {time_text(due)}"

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.event_rates import added
-from cqos_core.behaviour.finding_parts import behaviour_finding, draft, time_text
-from cqos_core.behaviour.policy_values import finite, is_one_of, needed
+from cqos_core.behaviour.event_rates import sum_of_rates
+from cqos_core.behaviour.finding_parts import behaviour_finding, draft_fix, time_text
+from cqos_core.behaviour.policy_values import finite_value, is_one_of, required_value
 from cqos_core.model.finding import Fact, Side
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
     from cqos_core.behaviour.event_rates import Rate
-    from cqos_core.behaviour.flow_model import Drawn
+    from cqos_core.behaviour.flow_model import FlowModel
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.finding import Finding
     from cqos_core.resolving.resolved import Resolved
@@ -28,11 +28,11 @@ MEAN_PERIOD = "mean_period_at_least"
 """The name of the fact that follows from timers."""
 
 
-def timer_findings(drawn: Drawn) -> list[Finding]:
+def timer_findings(model: FlowModel) -> list[Finding]:
     """Report deadlines, leases and requirements that timers exclude."""
     publishing = [
         (each.participant.participant.id, topic, each)
-        for topic, ends in drawn.topics.items()
+        for topic, ends in model.topics.items()
         for each in ends
         if each.role == PUBLISHER and not each.is_copy
     ]
@@ -40,110 +40,110 @@ def timer_findings(drawn: Drawn) -> list[Finding]:
     sending = grouped((owner, each) for owner, _, each in publishing)
     found: list[Finding] = []
     for (owner, topic), ends in thrown.items():
-        found += _offered(drawn, ends)
-        found += _manual(drawn, ends, sending[owner])
-        found += _owners(drawn, topic, ends)
-    for end, topics in drawn.subscribers():
-        found += _requested(drawn, topics, end)
+        found += _offered(model, ends)
+        found += _manual(model, ends, sending[owner])
+        found += _owners(model, topic, ends)
+    for end, topics in model.subscribers():
+        found += _requested(model, topics, end)
     return found
 
 
-def _sent(drawn: Drawn, ends: Sequence[Resolved]) -> Rate | None:
+def _sent(model: FlowModel, ends: Sequence[Resolved]) -> Rate | None:
     """Return how often endpoints are published to; None where something else than a drawn event may do so."""
-    drawn_ends = [each for each in ends if drawn.nodes([each])]
-    return drawn.behaviour.thrown(drawn.nodes(ends)) if len(drawn_ends) == len(ends) else None
+    ends_of_model = [each for each in ends if model.nodes([each])]
+    return model.behaviour.thrown(model.nodes(ends)) if len(ends_of_model) == len(ends) else None
 
 
-def _offered(drawn: Drawn, ends: Sequence[Resolved]) -> Iterator[Finding]:
+def _offered(model: FlowModel, ends: Sequence[Resolved]) -> Iterator[Finding]:
     """Report an offered gap that is certainly exceeded, and its consequence for exclusive owners."""
     timing = ends[0].pack.timing
-    gaps = [finite(each, timing.gap) for each in ends]
+    gaps = [finite_value(each, timing.gap) for each in ends]
     known = [gap for gap in gaps if gap is not None]
-    bound = _sent(drawn, ends)
+    bound = _sent(model, ends)
     if not known or len(known) != len(gaps) or bound is None or not bound.once or not bound.excludes(max(known)):
         return
     subject = _subject(ends)
     promised = f"offers {timing.gap} {time_text(max(known))}"
-    message = f"{subject} {promised}, but sends {often(bound)}{why(drawn, bound)}"
+    message = f"{subject} {promised}, but sends {rate_in_words(bound)}{limiting_timers_in_words(model, bound)}"
     code = "BP101" if bound.rate else "BP103"
-    notes = assumed(bound, max(known))
-    timers, fix = timers_of(drawn, bound), draft(ends, timing.gap, bound.shortest_gap)
+    notes = assumptions_in_words(bound, max(known))
+    timers, fix = limiting_timer_sides(model, bound), draft_fix(ends, timing.gap, bound.shortest_gap)
     yield behaviour_finding(code, message, ends, policies=[timing.gap], beside=timers, assumed=notes, fix=fix)
 
 
-def _owners(drawn: Drawn, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator[Finding]:
+def _owners(model: FlowModel, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator[Finding]:
     """Report that ownership passes on, where the participant of some endpoints is the strongest and keeps no gap."""
-    timing, gap, bound = ends[0].pack.timing, finite(ends[0], ends[0].pack.timing.gap), _sent(drawn, ends)
+    timing, gap, bound = ends[0].pack.timing, finite_value(ends[0], ends[0].pack.timing.gap), _sent(model, ends)
     if len(ends) != 1 or gap is None or bound is None or not bound.once or not bound.excludes(gap):
         return
-    for end in drawn.on(topic, SUBSCRIBER):
-        if is_one_of(end, timing.owned) and _is_strongest(ends[0], drawn.partners(end, [topic])):
+    for end in model.on(topic, SUBSCRIBER):
+        if is_one_of(end, timing.owned) and _is_strongest(ends[0], model.partners(end, [topic])):
             message = (
                 f"{_subject([end])} takes samples of the strongest publisher, `{ends[0].id}`, which offers {timing.gap} "
-                f"{time_text(gap)} and sends {often(bound)}, so ownership passes on each time"
+                f"{time_text(gap)} and sends {rate_in_words(bound)}, so ownership passes on each time"
             )
-            policies, notes = [timing.owned[0]], assumed(bound, gap)
+            policies, notes = [timing.owned[0]], assumptions_in_words(bound, gap)
             yield behaviour_finding(
-                "BP115", message, [end], policies=policies, beside=timers_of(drawn, bound), assumed=notes
+                "BP115", message, [end], policies=policies, beside=limiting_timer_sides(model, bound), assumed=notes
             )
 
 
 def _is_strongest(owner: Resolved, everybody: Sequence[Resolved]) -> bool:
     """Whether all publishers are exclusive, and one is stronger than each of one or more others."""
     timing = owner.pack.timing
-    strengths = {each.id: finite(each, timing.strength) for each in everybody}
+    strengths = {each.id: finite_value(each, timing.strength) for each in everybody}
     own = strengths.pop(owner.id, None)
     weaker = own is not None and all(each is not None and each < own for each in strengths.values())
     return weaker and bool(strengths) and all(is_one_of(each, timing.owned) for each in everybody)
 
 
-def _manual(drawn: Drawn, ends: Sequence[Resolved], sending: Sequence[Resolved]) -> Iterator[Finding]:
+def _manual(model: FlowModel, ends: Sequence[Resolved], sending: Sequence[Resolved]) -> Iterator[Finding]:
     """Report a lease that runs out between two samples, where only these assert liveliness."""
     timing = ends[0].pack.timing
     for end in ends:
-        lease = finite(end, timing.lease)
+        lease = finite_value(end, timing.lease)
         on_topic, by_participant = (
             is_one_of(end, each) for each in (timing.asserted_on_topic, timing.asserted_by_participant)
         )
         if lease is None or not (on_topic or by_participant):
             continue
-        bound = _sent(drawn, ends if on_topic else sending)
+        bound = _sent(model, ends if on_topic else sending)
         if bound is None or not bound.once or not bound.excludes(lease):
             continue
         where = "" if on_topic else " on all topics"
         message = (
             f"{_subject([end])} asserts its liveliness by sending, within {time_text(lease)}, "
-            f"but its participant sends {often(bound)}{where}{why(drawn, bound)}"
+            f"but its participant sends {rate_in_words(bound)}{where}{limiting_timers_in_words(model, bound)}"
         )
         notes = [
             "a publisher asserts its liveliness by sending only",
-            *assumed(bound, lease),
+            *assumptions_in_words(bound, lease),
         ]
         policies = [timing.asserted_on_topic[0], timing.lease]
-        timers = timers_of(drawn, bound)
-        fix = draft([end], timing.lease, bound.shortest_gap)
+        timers = limiting_timer_sides(model, bound)
+        fix = draft_fix([end], timing.lease, bound.shortest_gap)
         yield behaviour_finding("BP105", message, [end], policies=policies, beside=timers, assumed=notes, fix=fix)
         return
 
 
-def _requested(drawn: Drawn, topics: Iterable[Hashable], end: Resolved) -> Iterator[Finding]:
+def _requested(model: FlowModel, topics: Iterable[Hashable], end: Resolved) -> Iterator[Finding]:
     """Report a requested gap, or a required one, that all publishers together certainly exceed."""
     timing = end.pack.timing
-    gap, required = finite(end, timing.gap), needed(end, "max_gap")
-    asked = (gap is not None or required is not None) and drawn.partners(end, topics)
-    bound = added(map(drawn.behaviour.on_topic, topics)) if asked else None
+    gap, required = finite_value(end, timing.gap), required_value(end, "max_gap")
+    asked = (gap is not None or required is not None) and model.partners(end, topics)
+    bound = sum_of_rates(map(model.behaviour.on_topic, topics)) if asked else None
     if bound is None or not bound.once:
         return
-    sent = f"but `{end.shown}` gets {often(bound)}{why(drawn, bound)}"
-    timers = timers_of(drawn, bound)
+    sent = f"but `{end.shown}` gets {rate_in_words(bound)}{limiting_timers_in_words(model, bound)}"
+    timers = limiting_timer_sides(model, bound)
     if gap is not None and bound.excludes(gap):
         message = f"{_subject([end])} requests {timing.gap} {time_text(gap)}, {sent}"
-        notes = assumed(bound, gap, outside=end.shown)
-        fix = draft([end], timing.gap, bound.shortest_gap)
+        notes = assumptions_in_words(bound, gap, outside=end.shown)
+        fix = draft_fix([end], timing.gap, bound.shortest_gap)
         yield behaviour_finding("BP102", message, [end], policies=[timing.gap], beside=timers, assumed=notes, fix=fix)
     if required is not None and bound.excludes(required):
         message = f"{_subject([end])} needs max_gap {time_text(required)}, {sent}"
-        notes = assumed(bound, required, outside=end.shown)
+        notes = assumptions_in_words(bound, required, outside=end.shown)
         yield behaviour_finding("BP114", message, [end], beside=timers, assumed=notes)
 
 
@@ -153,7 +153,7 @@ def _subject(ends: Sequence[Resolved]) -> str:
     return f"{ends[0].role} `{ids[0]}`{more}"
 
 
-def often(bound: Rate) -> str:
+def rate_in_words(bound: Rate) -> str:
     """Say how often at most, in words."""
     period = bound.mean_period
     if period is not None:
@@ -161,11 +161,11 @@ def often(bound: Rate) -> str:
     return f"at most {bound.once} sample{'s' if bound.once > 1 else ''} in all"
 
 
-def why(drawn: Drawn, bound: Rate) -> str:
+def limiting_timers_in_words(model: FlowModel, bound: Rate) -> str:
     """Say which timers limit a rate."""
     said = []
     for at in bound.origins:
-        node = drawn.behaviour.graph.nodes[at]
+        node = model.behaviour.graph.nodes[at]
         timer = next((each.timer for each in node.triggers if each.timer is not None), None)
         if timer is not None and timer.wait is not None:
             does = "fires every" if timer.kind == "cycle" else "delays each turn by"
@@ -173,17 +173,17 @@ def why(drawn: Drawn, bound: Rate) -> str:
     return f": {' and '.join(said)}" if said else ""
 
 
-def timers_of(drawn: Drawn, bound: Rate) -> list[Side]:
+def limiting_timer_sides(model: FlowModel, bound: Rate) -> list[Side]:
     """Return the timer that limits a rate, with the mean period as a fact."""
     period = bound.mean_period
     if period is None or not bound.origins:
         return []
-    node = drawn.behaviour.graph.nodes[bound.origins[0]]
+    node = model.behaviour.graph.nodes[bound.origins[0]]
     stated = Fact(MEAN_PERIOD, time_text(period), f"from the timer at {node.id}", node.place)
     return [Side("timer", (node.id,), "fires here", (stated,), node.place)]
 
 
-def assumed(bound: Rate, gap: int, outside: str = "") -> Iterable[str]:
+def assumptions_in_words(bound: Rate, gap: int, outside: str = "") -> Iterable[str]:
     """Return the assumptions that a claim rests on, in words."""
     longest = max(gap, bound.mean_period or 0)
     yield f"devices stay up for longer than {time_text(longest)}"
@@ -195,21 +195,21 @@ def assumed(bound: Rate, gap: int, outside: str = "") -> Iterable[str]:
         yield "no other program publishes the signals that start processes"
 
 
-def mean_periods(drawn: Drawn, publisher: str, subscriber: str) -> tuple[tuple[str, str], ...]:
+def mean_periods(model: FlowModel, publisher: str, subscriber: str) -> tuple[tuple[str, str], ...]:
     """Return the least mean period of a publisher's participant on its topic, and of all samples of a subscriber, with their timers."""
     found = []
-    for ends in drawn.topics.values():
+    for ends in model.topics.values():
         own = [each for each in ends if each.id == publisher and not each.is_copy]
         owner = own[0].participant.participant.id if own else None
         sending = [each for each in ends if each.role == PUBLISHER and each.participant.participant.id == owner]
-        found += [(f"{MEAN_PERIOD} of what `{owner}` publishes", _sent(drawn, sending))] if own else []
+        found += [(f"{MEAN_PERIOD} of what `{owner}` publishes", _sent(model, sending))] if own else []
     found += [
-        (f"{MEAN_PERIOD} of what `{subscriber}` gets", added(map(drawn.behaviour.on_topic, topics)))
-        for end, topics in drawn.subscribers()
+        (f"{MEAN_PERIOD} of what `{subscriber}` gets", sum_of_rates(map(model.behaviour.on_topic, topics)))
+        for end, topics in model.subscribers()
         if end.id == subscriber
     ]
     return tuple(
-        (name, f"{time_text(rate.mean_period)}{why(drawn, rate)}")
+        (name, f"{time_text(rate.mean_period)}{limiting_timers_in_words(model, rate)}")
         for name, rate in found
         if rate is not None and rate.mean_period is not None and rate.origins
     )

@@ -12,8 +12,8 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.flow_model import Drawn
-    from cqos_core.behaviour.reachability import Reached
+    from cqos_core.behaviour.flow_model import FlowModel
+    from cqos_core.behaviour.reachability import ReachableEvents
     from cqos_core.model.finding import Finding
 
 _LONGEST = 6
@@ -25,38 +25,38 @@ _ORDERED = (
 )
 
 
-def unreachable_findings(drawn: Drawn) -> list[Finding]:
+def unreachable_findings(model: FlowModel) -> list[Finding]:
     """Report topics on which no run publishes, and events that no token reaches."""
-    certain, alone = drawn.behaviour.reached, drawn.behaviour.reached_alone
-    found = [*_never_thrown(drawn, certain, None), *_dead_events(drawn, certain)]
+    certain, alone = model.behaviour.reachable, model.behaviour.reachable_alone
+    found = [*_never_thrown(model, certain, None), *_dead_events(model, certain)]
     if alone.thrown != certain.thrown:
         # That nothing publishes what these wait for is reported by itself, as a warning.
-        found += _never_thrown(drawn, alone, certain)
+        found += _never_thrown(model, alone, certain)
     return found
 
 
-def _never_thrown(drawn: Drawn, reached: Reached, louder: Reached | None) -> Iterator[Finding]:
-    graph, signals = drawn.behaviour.graph, drawn.behaviour.signals
+def _never_thrown(model: FlowModel, reached: ReachableEvents, louder: ReachableEvents | None) -> Iterator[Finding]:
+    graph, signals = model.behaviour.graph, model.behaviour.signals
     severity = None if louder is None else Severity.WARNING
     for topic, throws in graph.thrown_at.items():
         if topic in reached.thrown or signals.is_open(topic) or (louder and topic not in louder.thrown):
             continue
-        publishers, subscribers = drawn.on(topic, PUBLISHER), drawn.on(topic, SUBSCRIBER)
+        publishers, subscribers = model.on(topic, PUBLISHER), model.on(topic, SUBSCRIBER)
         if not publishers or not subscribers:
             continue
-        way = _waiting(drawn, reached, topic)
-        late = louder is None and topic in drawn.behaviour.reached_anyhow.thrown
+        way = _waiting(model, reached, topic)
+        late = louder is None and topic in model.behaviour.reachable_in_any_order.thrown
         message = f"no run publishes on `{publishers[0].shown}`{': ' if way else ''}{way}"
-        beside, assumed = _never_started(drawn, reached, topic), _ORDERED if late else (_COMPLETE,)
+        beside, assumed = _never_started(model, reached, topic), _ORDERED if late else (_COMPLETE,)
         least = Severity.WARNING if late else severity
         yield behaviour_finding("BP110", message, publishers, beside=beside, assumed=assumed, severity=least)
         if louder is not None:
-            yield from _dead_throws(drawn, reached, throws)
+            yield from _dead_throws(model, reached, throws)
 
 
-def _never_started(drawn: Drawn, reached: Reached, topic: Hashable) -> Iterator[Side]:
+def _never_started(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> Iterator[Side]:
     """Yield the other events of the processes that only samples of a topic start."""
-    graph = drawn.behaviour.graph
+    graph = model.behaviour.graph
     starts = [at for at in graph.caught_at.get(topic, ()) if graph.nodes[at].kind == "start"]
     processes = {graph.process[at] for at in starts if graph.process[at] not in reached.fired}
     for process in sorted(processes):
@@ -64,37 +64,37 @@ def _never_started(drawn: Drawn, reached: Reached, topic: Hashable) -> Iterator[
             end
             for at in graph.within(process)
             if graph.nodes[at].kind != "start" and topic not in graph.throws[at]
-            for end in drawn.ends(at)
+            for end in model.ends(at)
         ]
         if ends:
             members = tuple(dict.fromkeys(each.id for each in ends))
             yield Side("event", members, "never happens either", place=ends[0].endpoint.place)
 
 
-def _waiting(drawn: Drawn, reached: Reached, topic: Hashable) -> str:
+def _waiting(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> str:
     """Say what the throws of a topic wait for, until something waits for an earlier one, or nothing is known."""
-    graph = drawn.behaviour.graph
+    graph = model.behaviour.graph
     seen: dict[Hashable, None] = {}
     steps: list[str] = []
     while topic not in seen and len(steps) < _LONGEST:
         seen[topic] = None
         throw = graph.thrown_at.get(topic, [None])[0]
-        catch = None if throw is None else _blocking(drawn, reached, throw)
+        catch = None if throw is None else _blocking(model, reached, throw)
         if throw is None or catch is None:
             break
         topics = sorted((each for each in graph.catches[catch] or () if each not in reached.thrown), key=str)
         if not topics:
             break
         topic = topics[0]
-        shown = next((each.shown for each in drawn.topics.get(topic, ())), "")  # type: ignore[call-overload]
+        shown = next((each.shown for each in model.topics.get(topic, ())), "")  # type: ignore[call-overload]
         steps.append(f"`{graph.nodes[throw].id}` waits for `{shown}` at `{graph.nodes[catch].id}`")
     circle = ", so each waits for the other" if topic in seen and len(steps) > 1 else ""
     return ", ".join(steps) + circle
 
 
-def _blocking(drawn: Drawn, reached: Reached, throw: int) -> int | None:
+def _blocking(model: FlowModel, reached: ReachableEvents, throw: int) -> int | None:
     """Return the nearest event before a throw that waits for what never comes."""
-    graph = drawn.behaviour.graph
+    graph = model.behaviour.graph
     waiting, seen = deque([throw]), {throw}
     while waiting:
         at = waiting.popleft()
@@ -112,24 +112,24 @@ def _blocking(drawn: Drawn, reached: Reached, throw: int) -> int | None:
     return None
 
 
-def _dead_events(drawn: Drawn, reached: Reached) -> Iterator[Finding]:
-    graph = drawn.behaviour.graph
-    yield from _dead_throws(drawn, reached, [at for at, topics in enumerate(graph.throws) if topics])
+def _dead_events(model: FlowModel, reached: ReachableEvents) -> Iterator[Finding]:
+    graph = model.behaviour.graph
+    yield from _dead_throws(model, reached, [at for at, topics in enumerate(graph.throws) if topics])
     for at, node in enumerate(graph.nodes):
-        ends = drawn.ends(at) if node.kind in {"catch", "boundary"} else ()
+        ends = model.ends(at) if node.kind in {"catch", "boundary"} else ()
         if ends and at not in reached.arrived and graph.process[at] in reached.fired:
-            late, assumed = _in_vain(drawn, at, ordered=at in drawn.behaviour.reached_anyhow.arrived)
+            late, assumed = _in_vain(model, at, ordered=at in model.behaviour.reachable_in_any_order.arrived)
             message = f"no token reaches `{node.id}`, so it never waits for `{ends[0].shown}`{late}"
             yield behaviour_finding("BP112", message, ends, assumed=assumed)
 
 
-def _in_vain(drawn: Drawn, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
+def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
     """Name the wait before an event that nothing ends in time, where the order of events excludes it; return the assumptions too."""
     if not ordered:
         return "", (_COMPLETE,)
-    graph, reached = drawn.behaviour.graph, drawn.behaviour.reached
-    catch = _blocking(drawn, reached, at)
-    ends = [] if catch is None else [each for each in drawn.ends(catch) if each.role == SUBSCRIBER]
+    graph, reached = model.behaviour.graph, model.behaviour.reachable
+    catch = _blocking(model, reached, at)
+    ends = [] if catch is None else [each for each in model.ends(catch) if each.role == SUBSCRIBER]
     if catch is None or not ends:
         return "", _ORDERED
     return (
@@ -138,13 +138,13 @@ def _in_vain(drawn: Drawn, at: int, *, ordered: bool) -> tuple[str, tuple[str, .
     )
 
 
-def _dead_throws(drawn: Drawn, reached: Reached, throws: list[int]) -> Iterator[Finding]:
-    graph, certain = drawn.behaviour.graph, drawn.behaviour.reached
+def _dead_throws(model: FlowModel, reached: ReachableEvents, throws: list[int]) -> Iterator[Finding]:
+    graph, certain = model.behaviour.graph, model.behaviour.reachable
     for at in throws:
-        ends = [each for each in drawn.ends(at) if each.role == PUBLISHER]
+        ends = [each for each in model.ends(at) if each.role == PUBLISHER]
         if ends and at not in reached.fired and graph.process[at] in reached.fired:
-            ordered = reached is certain and at in drawn.behaviour.reached_anyhow.fired
-            late, assumed = _in_vain(drawn, at, ordered=ordered)
+            ordered = reached is certain and at in model.behaviour.reachable_in_any_order.fired
+            late, assumed = _in_vain(model, at, ordered=ordered)
             severity = Severity.WARNING if ordered or at in certain.fired else None
             message = f"no token reaches `{graph.nodes[at].id}`, so it never publishes on `{ends[0].shown}`{late}"
             yield behaviour_finding("BP111", message, ends, assumed=assumed, severity=severity)

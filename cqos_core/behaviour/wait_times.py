@@ -26,7 +26,7 @@ def timer_wait(graph: Graph, at: int) -> int:
     return min(known) if len(known) == len(node.triggers) else 0
 
 
-class Waits:
+class WaitTimes:
     """Least times of passing through nodes, each found once."""
 
     def __init__(self, graph: Graph) -> None:
@@ -65,7 +65,7 @@ class Waits:
         loose = any(graph.nodes[at].by_event or graph.nodes[at].kind in {"unknown", "event_start"} for at in inside)
         if loose or not graph.drawn[around] or any(_is_odd(graph, at) for at in inside):
             return 0
-        arrivals = least(entries, lambda at: self.steps(at, depth))
+        arrivals = shortest_times(entries, lambda at: self.steps(at, depth))
         ends = [arrivals[at] + self.passing(at, depth) for at in inside if at in arrivals and not graph.after[at]]
         return min(ends, default=0)
 
@@ -84,7 +84,7 @@ def _is_odd(graph: Graph, at: int) -> bool:
     return any(each.kind in {"link", "unknown"} for each in graph.nodes[at].triggers)
 
 
-def least(starts: Iterable[int], steps: Callable[[int], Iterable[tuple[int, int]]]) -> dict[int, int]:
+def shortest_times(starts: Iterable[int], steps: Callable[[int], Iterable[tuple[int, int]]]) -> dict[int, int]:
     """Return the least time to each node that is reached from some ``starts``, by the steps from each node."""
     times: dict[int, int] = {}
     waiting = [(0, at) for at in sorted(starts)]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import click
 
 from cqos_core.cli.console import width
-from cqos_core.cli.errors import RefusedError, say_cqos_error, say_error, say_lines, say_refused
+from cqos_core.cli.errors import WrongUsageError, say_cqos_error, say_error, say_lines, say_usage_error
 from cqos_core.cli.exit_codes import BROKEN_PIPE, INTERNAL, INTERRUPTED, UNUSABLE
 from cqos_core.cli.help import help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
@@ -23,26 +23,26 @@ _WIDEST_HELP = 120  # wider lines are hard to read
 class Commands(click.Group):
     """The commands that plugins register, ours among them; help lists them without importing any."""
 
-    under = ""
+    prefix = ""
     """The first word of the names of these commands, and a space; empty for those without."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
         """Name them, ours first; a group of commands by its word."""
-        names = (name.removeprefix(self.under) for name in load_plugins().commands if name.startswith(self.under))
+        names = (name.removeprefix(self.prefix) for name in load_plugins().commands if name.startswith(self.prefix))
         return list(dict.fromkeys(name.partition(" ")[0] for name in names))
 
     def summaries(self) -> dict[str, str]:
         """Return what plugins say about each command; that of a group is the first of its commands'."""
         found: dict[str, str] = {}
         for info in load_plugins().commands.values():
-            if info.name.startswith(self.under):
-                found.setdefault(info.name.removeprefix(self.under).partition(" ")[0], info.summary)
+            if info.name.startswith(self.prefix):
+                found.setdefault(info.name.removeprefix(self.prefix).partition(" ")[0], info.summary)
         return found
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
         plugins = load_plugins()
-        cmd_name = self.under + cmd_name
+        cmd_name = self.prefix + cmd_name
         info = plugins.commands.get(cmd_name)
         if info is None:
             group = _group_of(cmd_name)
@@ -57,16 +57,16 @@ class Commands(click.Group):
             what = f"the command `{cmd_name}` of {plugins.owner('commands', cmd_name)}"
             keep_traceback(what, error)
             advice = "`cqos packs` lists the commands that can be loaded"
-            raise RefusedError(f"{what} cannot be loaded: {describe(error)}", advice, ctx) from error
+            raise WrongUsageError(f"{what} cannot be loaded: {describe(error)}", advice, ctx) from error
         if getattr(command.callback, READS_SYSTEMS, False):
             from cqos_core.cli.reading_options import with_importer_options
 
             command = with_importer_options(command)
         command = with_help(command)
         if _COMPLETING in os.environ:
-            from cqos_core.cli.completion import knowing
+            from cqos_core.cli.completion import with_completion
 
-            return knowing(command)
+            return with_completion(command)
         return command
 
     def resolve_command(
@@ -77,10 +77,10 @@ class Commands(click.Group):
         if args[0] not in known and not args[0].startswith("-"):
             from cqos_core.model.spelling import nearest
 
-            _refuse_absent(self.under, args)
+            _refuse_absent(self.prefix, args)
             near = nearest(args[0], known)
             advice = f"did you mean `{near}`?" if near else f"known: {', '.join(known)}"
-            raise RefusedError(f"there is no command `{args[0][:60]}`", advice, ctx)
+            raise WrongUsageError(f"there is no command `{args[0][:60]}`", advice, ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - click's signature
@@ -88,16 +88,16 @@ class Commands(click.Group):
         plugins = load_plugins()
         for title, shipped in (("Commands", True), ("Commands of plugins", False)):
             rows = [
-                (info.name.removeprefix(self.under), info.summary)
+                (info.name.removeprefix(self.prefix), info.summary)
                 for info in plugins.commands.values()
-                if info.name.startswith(self.under) and plugins.shipped("commands", info.name) is shipped
+                if info.name.startswith(self.prefix) and plugins.shipped("commands", info.name) is shipped
             ]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
 
 
-def _refuse_absent(under: str, arguments: Sequence[str]) -> None:
+def _refuse_absent(prefix: str, arguments: Sequence[str]) -> None:
     """Refuse a command that is not installed, but could be.
 
     Raises:
@@ -106,7 +106,7 @@ def _refuse_absent(under: str, arguments: Sequence[str]) -> None:
     from cqos_core.model.features import absent, advice
 
     there = absent("commands")
-    for words in (under + " ".join(arguments[:2]), under + arguments[0]):
+    for words in (prefix + " ".join(arguments[:2]), prefix + arguments[0]):
         meant = {name: row.name for name, row in there.items() if f"{name} ".startswith(f"{words} ")}
         if meant:
             lines = dict.fromkeys(map(advice, meant.values()))
@@ -121,7 +121,7 @@ def _group_of(word: str) -> Commands | None:
     if not summaries:
         return None
     found = Commands(word, help="\n\n".join(summaries))
-    found.under = f"{word} "
+    found.prefix = f"{word} "
     return found
 
 
@@ -160,7 +160,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else list(arguments)
     this = Run(arguments=tuple(given))
     if os.environ.get("CQOS_DEBUG", "") not in {"", "0"}:
-        this.debug_from_now_on()
+        this.enable_debug()
     code = _run(given, this)
     if not this.silent:
         for broken in load_plugins().broken:
@@ -177,9 +177,9 @@ def _run(arguments: list[str], this: Run) -> int:
     except click.Abort:
         return INTERRUPTED
     except click.ClickException as error:
-        if not (isinstance(error, click.NoSuchOption) and _said_absent(error)):
+        if not (isinstance(error, click.NoSuchOption) and _report_absent_option(error)):
             knows = isinstance(error, click.UsageError) and error.ctx is not None
-            say_refused(error, None if knows else _context_of(arguments))
+            say_usage_error(error, None if knows else _context_of(arguments))
         return UNUSABLE
     except CqosError as error:
         say_cqos_error(error)
@@ -204,7 +204,7 @@ def _context_of(arguments: Sequence[str]) -> click.Context:
     return ctx
 
 
-def _said_absent(error: click.NoSuchOption) -> bool:
+def _report_absent_option(error: click.NoSuchOption) -> bool:
     """Say what brings an option of commands that read systems, where that is not installed; return whether it is not."""
     if error.ctx is None or not getattr(error.ctx.command.callback, READS_SYSTEMS, False):
         return False

@@ -14,14 +14,14 @@ import click
 from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
 from cqos_core.cli.console import colored, emit, say, say_problems, width
-from cqos_core.cli.errors import RefusedError, refused, say_error
+from cqos_core.cli.errors import WrongUsageError, say_error, wrong_usage
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
 from cqos_core.cli.file_output import write_file
-from cqos_core.cli.finding_filter import counted, rules_of
+from cqos_core.cli.finding_filter import code_prefixes, filter_of_options
 from cqos_core.cli.help import usual
-from cqos_core.cli.input_choices import entered_notes
-from cqos_core.cli.input_reader import obstacles, prepare
-from cqos_core.cli.outputs import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
+from cqos_core.cli.input_choices import input_notes
+from cqos_core.cli.input_reader import path_problems, prepare_reader
+from cqos_core.cli.outputs import DEFAULT_FORMAT, STDOUT, OutputPairingCommand, check_output_paths, pair_outputs, render
 from cqos_core.cli.parameters import (
     Registered,
     Run,
@@ -41,9 +41,9 @@ from cqos_core.cli.parameters import (
 )
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, options_given, reading_options
-from cqos_core.files.check_units import units
+from cqos_core.files.check_units import check_units
 from cqos_core.files.source_files import STDIN, read_path
-from cqos_core.formatters.multi_system import said_once
+from cqos_core.formatters.multi_system import without_repetition
 from cqos_core.formatters.phrases import listed
 from cqos_core.importers.detect import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
@@ -57,11 +57,11 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.baseline import Baseline
     from cqos_core.cli.check_fixes import FixOutcome
-    from cqos_core.cli.finding_filter import Counted
+    from cqos_core.cli.finding_filter import FindingFilter
     from cqos_core.cli.input_reader import InputReader
-    from cqos_core.cli.outputs import Sink
+    from cqos_core.cli.outputs import OutputTarget
     from cqos_core.config import Config
-    from cqos_core.files.check_units import Unit
+    from cqos_core.files.check_units import CheckUnit
     from cqos_core.files.path_loader import Loaded
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.finding import Edit
@@ -106,7 +106,7 @@ class CheckOptions:
 
 
 @click.command(
-    cls=PairingCommand,
+    cls=OutputPairingCommand,
     epilog="Exit codes: 0 clean; 1 findings at or above the fail level; 2 wrong usage, input that cannot be read, or "
     "nothing to check; 3 internal error.",
 )
@@ -189,38 +189,44 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = options.quiet
     if not options.watch:
-        ctx.exit(_once(ctx, paths, reading, options)[0])
+        ctx.exit(_check_once(ctx, paths, reading, options)[0])
     if STDIN in paths or options.fix or options.show_diff or options.write_baseline:
         what = "--watch goes with neither `-`, --fix, --diff nor --write-baseline"
-        raise RefusedError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
+        raise WrongUsageError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
     from cqos_core.cli.watch import watch  # which few runs need
 
-    ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, options)))
+    ctx.exit(watch(paths, reading.importer, lambda: _check_once(ctx, paths, reading, options)))
 
 
-def _once(
+def _check_once(
     ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, options: CheckOptions
 ) -> tuple[int, list[str]]:
     """Check everything once; return the exit code, and the files on which it depends."""
-    reader = prepare(reading, paths)
+    reader = prepare_reader(reading, paths)
     config = reader.config
-    sinks = pair_sinks(ctx, options.formats, options.outputs, _default_format(config))
-    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
-    check_targets("--write-baseline", filter(None, [options.write_baseline]), paths)
+    sinks = pair_outputs(ctx, options.formats, options.outputs, _default_format(config))
+    check_output_paths("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
+    check_output_paths("--write-baseline", filter(None, [options.write_baseline]), paths)
     if options.each and options.together:
-        raise RefusedError("--each and --together exclude each other", "write one of them", ctx)
-    select = counted(options.select, options.ignore, reader.context)
-    codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
+        raise WrongUsageError("--each and --together exclude each other", "write one of them", ctx)
+    select = filter_of_options(options.select, options.ignore, reader.context)
+    codes = code_prefixes("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
     if codes and any(each in _SHOW for each in options.show):
-        raise RefusedError("--show takes severities or rules, not both", "write one of them", ctx)
+        raise WrongUsageError("--show takes severities or rules, not both", "write one of them", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
-        raise RefusedError(_PACKS_STAY, _PACKS_THERE, ctx)
+        raise WrongUsageError(_PACKS_STAY, _PACKS_THERE, ctx)
     if options.weaken and not (options.fix or options.show_diff):
         what = "--weaken says which fixes --fix and --diff take, and neither is given"
-        raise RefusedError(what, "write --fix or --diff too", ctx)
+        raise WrongUsageError(what, "write --fix or --diff too", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
-    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
+    work = _CheckRun(
+        reader,
+        options,
+        select,
+        _read_known_findings(options.baseline or config.baseline, options.write_baseline),
+        codes,
+    )
     if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
@@ -228,8 +234,8 @@ def _once(
     work.run(paths)
     # Folders have many inputs, and files include others.
     read = [*work.files(), *filter(None, [options.proofs])]
-    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), read)
-    check_targets("--write-baseline", filter(None, [options.write_baseline]), read)
+    check_output_paths("--output", (sink.path for sink in sinks if sink.path != STDOUT), read)
+    check_output_paths("--write-baseline", filter(None, [options.write_baseline]), read)
     if options.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]
@@ -240,9 +246,9 @@ def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) 
     """Refuse what does not go with changing files."""
     if other is not None:
         what = "--fix and --diff go with neither --server nor --write-baseline"
-        raise RefusedError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
+        raise WrongUsageError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
     if STDIN in paths:
-        raise RefusedError("--fix and --diff change files, and `-` is none", "write the path of the file", ctx)
+        raise WrongUsageError("--fix and --diff change files, and `-` is none", "write the path of the file", ctx)
 
 
 def _default_format(config: Config) -> str:
@@ -250,11 +256,11 @@ def _default_format(config: Config) -> str:
     known = load_plugins().formatters
     if name not in known:
         refuse_absent("formatters", name, f"the format `{name}` of {config.path}")
-        raise refused(f"format of {config.path}", f"there is no format `{name}`", nearest(name, known))
+        raise wrong_usage(f"format of {config.path}", f"there is no format `{name}`", nearest(name, known))
     return name
 
 
-def _known(baseline: str | None, written: str | None) -> Baseline | None:
+def _read_known_findings(baseline: str | None, written: str | None) -> Baseline | None:
     """Read the baseline, which need not be there yet if this is the run that writes it."""
     if baseline is None or (written is not None and os.path.realpath(baseline) == os.path.realpath(written)):
         return None
@@ -263,7 +269,7 @@ def _known(baseline: str | None, written: str | None) -> Baseline | None:
     return read_baseline(baseline, read_path(baseline).data)
 
 
-class _Checked(NamedTuple):
+class _CheckedSystem(NamedTuple):
     """One system that was checked: its path, what was found, and the configuration that holds for it."""
 
     path: str
@@ -274,7 +280,7 @@ class _Checked(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Check:
+class _CheckRun:
     """One run of ``cqos check``.
 
     Attributes:
@@ -291,11 +297,11 @@ class _Check:
 
     reader: InputReader
     options: CheckOptions
-    counted: Counted
+    counted: FindingFilter
     known: Baseline | None
     shown: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
-    reports: list[_Checked] = field(default_factory=list)
+    reports: list[_CheckedSystem] = field(default_factory=list)
     how: str = ""
     sources: dict[str, bytes] = field(default_factory=dict)
     entered: list[str] = field(default_factory=list)
@@ -314,28 +320,30 @@ class _Check:
         with Progress("reading", quiet=options.quiet) as progress:
             self.loaded = self.reader.load(paths, progress.step)
             grouping = "each" if options.each else "together" if options.together else ""
-            found, self.how = units(self.loaded, grouping)
+            found, self.how = check_units(self.loaded, grouping)
             progress.start("checking")
             alone = len(found) == 1
             for number, unit in enumerate(found):
                 # Of a single system, its topics are counted.
                 progress.step(number, len(found))
                 self._check(unit, progress.step if alone else lambda _done, _all: None, alone=alone)
-            reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
+            reports = without_repetition(
+                [each.report for each in self.reports], [each.config.sources for each in self.reports]
+            )
             self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
-        self.entered, self.obstacles = entered_notes(self.loaded, paths), obstacles(self.loaded, paths)
+        self.entered, self.obstacles = input_notes(self.loaded, paths), path_problems(self.loaded, paths)
         unsaid = not self.loaded.problems and not self.obstacles and not self.empty
         if unsaid and not any(each.endpoints or each.partial for each in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
-    def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
+    def _check(self, unit: CheckUnit, step: Callable[[int, int], None], *, alone: bool) -> None:
         reader, options = self.reader.nearest(unit.path), self.options
-        system = reader.tried(unit.systems)
+        system = reader.merged_for_check(unit.systems)
         report = self.counted(self._judged(system, reader, step))
         if (options.fix or options.show_diff) and report.findings:
-            from cqos_core.cli.check_fixes import fixed
+            from cqos_core.cli.check_fixes import fix_unit
 
-            done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
+            done = fix_unit(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
             system, report = done.system, done.report
             self.diffs.append(done.diff)
             self.fixes.append(done)
@@ -344,21 +352,21 @@ class _Check:
         if not report.endpoints and not report.partial:
             only_profiles = bool(system.profiles) and not (system.endpoints or system.bridges)
             if unit.named and (alone or not only_profiles):
-                self.empty.append(_nothing(unit.path, len(system.endpoints)))
+                self.empty.append(_nothing_checked(unit.path, len(system.endpoints)))
                 self.begun |= not system.endpoints and any(starmap(claims_yaml, system.sources.items()))
             elif all(finding.code == "CQ404" for finding in report.findings):
                 # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
                 self.passed_over += 1
                 return
         self.sources |= {**reader.config.sources, **system.sources}
-        self.reports.append(_Checked(unit.path, report, reader.config, system, reader.context))
+        self.reports.append(_CheckedSystem(unit.path, report, reader.config, system, reader.context))
 
     def _judged(self, system: System, reader: InputReader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
         if self.options.server is None:
             return check_system(system, reader.context, step)
         if reader.config.packs:
-            raise RefusedError(_PACKS_STAY, _PACKS_THERE)
+            raise WrongUsageError(_PACKS_STAY, _PACKS_THERE)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.remote.client import Client
 
@@ -374,7 +382,7 @@ class _Check:
         others = (*config.packs, *self.reader.options.pack_files, *([self.known.path] if self.known else ()))
         return [*read, *self.sources, *config.sources, *others]
 
-    def finish(self, sinks: Sequence[Sink]) -> int:
+    def finish(self, sinks: Sequence[OutputTarget]) -> int:
         """Write everything and return the exit code."""
         found = self.reports
         if self.known is not None:
@@ -382,10 +390,10 @@ class _Check:
         say_problems([*self.loaded.problems, *self.obstacles], self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        unreadable = self.loaded.problems or (self.obstacles and not self.loaded.ways.open)
+        unreadable = self.loaded.problems or (self.obstacles and not self.loaded.detected.open)
         if unreadable or self.empty or self.refused or not written:
             return UNUSABLE
-        if self.loaded.ways.open:
+        if self.loaded.detected.open:
             return FINDINGS
         if self.options.write_baseline is not None:
             return CLEAN
@@ -416,7 +424,7 @@ class _Check:
             )
         return bool(missed)
 
-    def _write(self, sinks: Sequence[Sink]) -> bool:
+    def _write(self, sinks: Sequence[OutputTarget]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
         reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.obstacles]
@@ -432,7 +440,7 @@ class _Check:
                 written = False
         return written
 
-    def _style(self, sink: Sink) -> Style:
+    def _style(self, sink: OutputTarget) -> Style:
         shown = self.options.show or self.reader.config.show
         loudest = (_SHOW[each] for each in shown if each in _SHOW)
         return Style(
@@ -462,7 +470,7 @@ class _Check:
 
         return replacements_of(self.sources, edits, self.reader.options.importer)
 
-    def _write_baseline(self, found: Sequence[_Checked]) -> bool:
+    def _write_baseline(self, found: Sequence[_CheckedSystem]) -> bool:
         target = self.options.write_baseline
         if target is None:
             return True
@@ -504,9 +512,11 @@ class _Check:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
         if self.fixes:
-            from cqos_core.cli.check_fixes import ended
+            from cqos_core.cli.check_fixes import fix_summary
 
-            for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
+            for text in fix_summary(
+                self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff
+            ):
                 self._note(text)
 
     def _note(self, text: str) -> None:
@@ -529,7 +539,7 @@ def _parts(parts: Mapping[str, str]) -> str:
     return "".join(f"{path} is checked as part of {whole}, which includes it" for path, whole in parts.items())
 
 
-def _nothing(path: str, endpoints: int) -> str:
+def _nothing_checked(path: str, endpoints: int) -> str:
     if not endpoints:
         return f"{path}: {NO_ENDPOINT}"
     return f"{path}: none of its {plural(endpoints, 'endpoint')} could be checked, see the findings"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.cli.input_reader import InputReader
-    from cqos_core.files.check_units import Unit
+    from cqos_core.files.check_units import CheckUnit
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
@@ -47,8 +47,8 @@ class FixOutcome(NamedTuple):
     refused: str = ""
 
 
-def fixed(
-    unit: Unit,
+def fix_unit(
+    unit: CheckUnit,
     system: System,
     reader: InputReader,
     counted: Callable[[Report], Report],
@@ -63,7 +63,7 @@ def fixed(
     from cqos_core.files.file_fixes import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
-        return reader.again(unit.files, texts)
+        return reader.reread(unit.files, texts)
 
     done = fix_all(
         system.sources,
@@ -96,7 +96,7 @@ def _on(finding: Finding) -> str:
     return f" on `{finding.topic}`" if finding.topic is not None else ""
 
 
-def ended(outcomes: Sequence[FixOutcome], options: Sequence[str], *, write: bool) -> Iterator[str]:
+def fix_summary(outcomes: Sequence[FixOutcome], options: Sequence[str], *, write: bool) -> Iterator[str]:
     """Yield what was fixed, what needs a decision, and the commands that propose one; ``options`` are those about reading."""
     done = [outcome for outcome in outcomes if not outcome.refused]
     verb, fixed = "fixed" if write else "would fix", [text for outcome in done for text in outcome.fixed]

@@ -62,7 +62,7 @@ class _KnownWords(click.ParamType):  # type: ignore[type-arg]  # generic since c
         return [CompletionItem(f"{head}{comma}{word}", help=" ".join(about.split())) for word, about in words]
 
 
-def knowing(command: click.Command) -> click.Command:
+def with_completion(command: click.Command) -> click.Command:
     """Return a command that completes what its parameters take."""
     for param in command.params:
         param.type = _type_of(param)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from cqos_core.cli.console import emit, say
-from cqos_core.cli.errors import RefusedError, refused, say_error
+from cqos_core.cli.errors import WrongUsageError, say_error, wrong_usage
 from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
-from cqos_core.cli.input_reader import prepare
-from cqos_core.cli.outputs import check_targets, written_by
+from cqos_core.cli.input_reader import prepare_reader
+from cqos_core.cli.outputs import blame_plugin, check_output_paths
 from cqos_core.cli.parameters import (
     Registered,
     color_option,
@@ -87,16 +87,16 @@ def convert(
       cqos convert system.yaml --to qos_overrides --fix
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if change_program and not fix:
-        raise RefusedError("--change-program has no effect without --fix", "write --fix too")
+        raise WrongUsageError("--change-program has no effect without --fix", "write --fix too")
     if weaken and not fix:
-        raise RefusedError("--weaken has no effect without --fix", "write --fix too")
+        raise WrongUsageError("--weaken has no effect without --fix", "write --fix too")
     info = load_plugins().exporters[exporter]
     chosen = _settings(info, settings)
-    reader = prepare(reading, paths)
-    check_targets("--output", [] if output is None else [output], paths)
-    system, _ = reader.one(paths, color)  # half of a system would pass for the whole of it
+    reader = prepare_reader(reading, paths)
+    check_output_paths("--output", [] if output is None else [output], paths)
+    system, _ = reader.read_system(paths, color)  # half of a system would pass for the whole of it
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
-    check_targets("--output", [] if output is None else [output], read)
+    check_output_paths("--output", [] if output is None else [output], read)
     fixed = None
     if fix:
         from cqos_core.analysis.system_fixes import fix_system
@@ -134,9 +134,9 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
         name, equals, value = text.partition("=")
         if name not in choices or not equals:
             advice = nearest(name, choices) if choices else "leave --set out: it has no settings"
-            raise refused("--set", f"{info.name} has no setting `{text}`", advice)
+            raise wrong_usage("--set", f"{info.name} has no setting `{text}`", advice)
         if value not in choices[name]:
-            raise refused("--set", f"`{name}` is not `{value}`", f"write one of {', '.join(choices[name])}")
+            raise wrong_usage("--set", f"`{name}` is not `{value}`", f"write one of {', '.join(choices[name])}")
         chosen[name] = value
     return chosen
 
@@ -150,7 +150,7 @@ def _export(
         CqosError: the exporter is a plugin's and failed, or returned what cannot be written.
     """
     where, changed = reader.context, None if fixed is None else fixed.changed
-    with written_by("exporters", info.name):
+    with blame_plugin("exporters", info.name):
         exported: object = info.load()(
             system, ExportContext(where.find_pack, where.default_protocol, settings, changed)
         )

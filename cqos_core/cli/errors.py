@@ -9,7 +9,7 @@ from cqos_core.cli.help import short_help
 from cqos_core.model.problems import CqosError, InputError, describe
 
 
-class RefusedError(click.BadParameter):
+class WrongUsageError(click.BadParameter):
     """Wrong usage of an option, an argument or of several together; ``help`` says what to write instead."""
 
     def __init__(
@@ -26,9 +26,9 @@ class RefusedError(click.BadParameter):
         self.help = help
 
 
-def refused(option: str, what: str, help: str = "") -> RefusedError:  # noqa: A002 - as of a problem
+def wrong_usage(option: str, what: str, help: str = "") -> WrongUsageError:  # noqa: A002 - as of a problem
     """Return the error of an option or argument whose value is of no use."""
-    return RefusedError(what, help, of=option)
+    return WrongUsageError(what, help, of=option)
 
 
 def say_error(what: str, help: str = "", choice: str = "auto") -> None:  # noqa: A002 - as of a problem
@@ -44,7 +44,7 @@ def say_lines(text: str, severity: str, choice: str = "auto") -> None:
         say(line, severity="" if number else severity, choice=choice)
 
 
-def say_refused(error: click.ClickException, where: click.Context | None = None) -> None:
+def say_usage_error(error: click.ClickException, where: click.Context | None = None) -> None:
     """Write wrong usage to standard error; without advice of its own, the usage of the command is the advice.
 
     ``where`` it happened, for errors that do not know it.
@@ -52,7 +52,7 @@ def say_refused(error: click.ClickException, where: click.Context | None = None)
     if isinstance(error, click.exceptions.NoArgsIsHelpError):
         click.echo(short_help(error.ctx), err=True)  # which is what was wanted
         return
-    what, help = _said(error)  # noqa: A001 - as of a problem
+    what, help = _message_and_help(error)  # noqa: A001 - as of a problem
     ctx = error.ctx if isinstance(error, click.UsageError) and error.ctx is not None else where
     say_error(what, help or ("" if ctx is None else _usage(ctx)))
 
@@ -65,7 +65,7 @@ def say_cqos_error(error: CqosError, choice: str = "auto") -> None:
         say_error(error.what or describe(error), error.help, choice)
 
 
-def _said(error: click.ClickException) -> tuple[str, str]:
+def _message_and_help(error: click.ClickException) -> tuple[str, str]:
     """Return what is wrong and what to write, in our words where click has its own."""
     advice = getattr(error, "help", "")
     if isinstance(error, click.NoSuchOption):

@@ -13,10 +13,10 @@ import click
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.console import colored, emit, say, width
-from cqos_core.cli.errors import RefusedError, say_error
+from cqos_core.cli.errors import WrongUsageError, say_error
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
-from cqos_core.cli.input_reader import prepare
+from cqos_core.cli.input_reader import prepare_reader
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option, show_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading_options import ReadingOptions, reading_options
@@ -87,16 +87,16 @@ def explain(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if show and (log is not None or chains or budgets):
         what = "--show is about a pair, and goes with neither --log, --chains nor --budgets"
-        raise RefusedError(what, "leave --show out", ctx)
+        raise WrongUsageError(what, "leave --show out", ctx)
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
 
         explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
     if not arguments:
-        raise RefusedError("PATH... is missing", ctx=ctx)
+        raise WrongUsageError("PATH... is missing", ctx=ctx)
     paths, ids = (arguments, ()) if chains or budgets else _split(arguments)
-    reader = prepare(reading, paths)
-    system, loaded = reader.one(paths, color, partly=True)
+    reader = prepare_reader(reading, paths)
+    system, loaded = reader.read_system(paths, color, partly=True)
     system = tried_out(system, reader.protocol)
     if chains or budgets:
         from cqos_core.formatters.time_and_budgets import explain_time
@@ -144,7 +144,7 @@ def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]
         return arguments, ()
     if len(arguments) == 2:  # noqa: PLR2004 - a path and half of the ids
         what = f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's"
-        raise RefusedError(what, f"`cqos explain {arguments[0]}` lists them")
+        raise WrongUsageError(what, f"`cqos explain {arguments[0]}` lists them")
     return arguments[:-2], arguments[-2:]
 
 

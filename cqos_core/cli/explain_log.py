@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NoReturn
 
 from cqos_core.analysis.runtime_logs import Explained, explain_alone, explain_misfits
 from cqos_core.cli.console import colored, emit, width
-from cqos_core.cli.errors import RefusedError
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.cli.exit_codes import CLEAN, FINDINGS
-from cqos_core.cli.input_reader import InputReader, prepare
+from cqos_core.cli.input_reader import InputReader, prepare_reader
 from cqos_core.cli.progress import Progress
 from cqos_core.files.source_files import STDIN, STDIN_NAME
-from cqos_core.formatters.log_mismatches import misfits_as_json, misfits_as_text
+from cqos_core.formatters.log_mismatches import mismatches_as_json, mismatches_as_text
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Group, Report
@@ -33,9 +33,9 @@ def explain_log(
 ) -> NoReturn:
     """Read a log, explain it by the system in ``paths``, if there is one, and exit."""
     if log == STDIN and STDIN in paths:
-        raise RefusedError("the log and a path are both standard input", "write the path of one of them", ctx)
-    reader = prepare(reading, paths)
-    system = reader.one(paths, color)[0] if paths else None
+        raise WrongUsageError("the log and a path are both standard input", "write the path of one of them", ctx)
+    reader = prepare_reader(reading, paths)
+    system = reader.read_system(paths, color)[0] if paths else None
     with Progress("reading"):
         occurrences, lines = _read(log, reader)
         if system is None:
@@ -51,9 +51,9 @@ def explain_log(
     )
     report = _report(explained)
     emit(
-        misfits_as_json(explained, log, lines, report, style)
+        mismatches_as_json(explained, log, lines, report, style)
         if form == "json"
-        else misfits_as_text(explained, log, lines, system, report, style)
+        else mismatches_as_text(explained, log, lines, system, report, style)
     )
     ctx.exit(FINDINGS if explained else CLEAN)
 
@@ -64,7 +64,7 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
     try:
         if log == STDIN:
             if sys.stdin is None:
-                raise RefusedError("`--log -` reads standard input, which is closed", "write the path of the log")
+                raise WrongUsageError("`--log -` reads standard input, which is closed", "write the path of the log")
             return misfits(STDIN_NAME, sys.stdin.buffer, readers)
         with open(log, "rb") as stream:  # noqa: PTH123 - any text may be given
             return misfits(log, stream, readers)

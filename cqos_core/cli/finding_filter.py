@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.cli.errors import refused
+from cqos_core.cli.errors import wrong_usage
 from cqos_core.cli.parameters import nearest
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.grouping import grouped
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Counted:
+class FindingFilter:
     """Which findings count: those of ``selected`` rules, or of all if empty, but not the ``ignored``.
 
     Rules are beginnings of codes, in lower case. A finding of several rules counts as long as one of them does.
@@ -42,21 +42,21 @@ class Counted:
         return any(code.startswith(self.selected or "") and not code.startswith(self.ignored) for code in codes)
 
 
-def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> Counted:
+def filter_of_options(select: Sequence[str], ignore: Sequence[str], context: Context) -> FindingFilter:
     """Read the values of both options.
 
     Raises:
         RefusedError: no rule is meant by one of them.
     """
     if not select and not ignore:
-        return Counted()
+        return FindingFilter()
     known = _known(context)
     codes = grouped((text.lower(), code.lower()) for text, code in known)
     names = {text for text, _ in known}
-    return Counted(_rules("--select", select, codes, names), _rules("--ignore", ignore, codes, names))
+    return FindingFilter(_rules("--select", select, codes, names), _rules("--ignore", ignore, codes, names))
 
 
-def rules_of(option: str, values: Sequence[str], context: Context, words: Sequence[str] = ()) -> tuple[str, ...]:
+def code_prefixes(option: str, values: Sequence[str], context: Context, words: Sequence[str] = ()) -> tuple[str, ...]:
     """Return the beginnings of codes, in lower case, that an option names beside the ``words`` that it takes, too.
 
     Raises:
@@ -83,7 +83,7 @@ def _rules(
             near = nearest(rule, [*words, *names], listed=False)
             kinds = f"`{rule}` is neither {', '.join(words)} nor the code or name of a rule"
             what = kinds if words else f"no rule has the code or name `{rule}`"
-            raise refused(option, what, near or "`cqos packs ID` lists the rules")
+            raise wrong_usage(option, what, near or "`cqos packs ID` lists the rules")
     return tuple(code for rule in rules for code in codes.get(rule.lower(), (rule.lower(),)))
 
 

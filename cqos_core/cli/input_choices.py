@@ -17,7 +17,7 @@ from cqos_core.model.settings import Place
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.files.detected_inputs import Way
+    from cqos_core.files.detected_inputs import DetectedInput
     from cqos_core.files.file_search import File
     from cqos_core.files.path_loader import Loaded
     from cqos_core.model.problems import Problem
@@ -29,57 +29,59 @@ _FOLDERS: Final = 5
 """How many folders are listed that need a choice each."""
 
 
-def entered_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
+def input_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
     """Return what was taken without being named, and what is not read because of it."""
-    ways = loaded.ways
+    detected = loaded.detected
     notes = [
-        f"{' and '.join(way.entrance.reason for way in same)}, so {'they are' if same[1:] else 'it is'} checked, "
+        f"{' and '.join(item.entrance.reason for item in same)}, so {'they are' if same[1:] else 'it is'} checked, "
         f"as `{_command(same, paths)}` does"
-        for same in ways.taken.values()
+        for same in detected.taken.values()
     ]
-    notes += [_at_hand(way) for way in ways.beside if way.entrance.inside and loaded.systems and not ways.open]
-    left = [] if ways.open else [each for each, _ in loaded.left]
+    notes += [
+        _at_hand(item) for item in detected.beside if item.entrance.inside and loaded.systems and not detected.open
+    ]
+    left = [] if detected.open else [each for each, _ in loaded.left]
     if left:
         one = f"cqos check {shlex.quote(_named(left[0], loaded.left[0][1]))}"
         notes.append(f"{plural(len(left), 'part')} of other systems there not read; `{one}` checks the first")
-    unused = [] if ways.open else loaded.unused
+    unused = [] if detected.open else loaded.unused
     if unused:
         some = ", ".join([*unused[:_OF_A_KIND], *(["..."] if unused[_OF_A_KIND:] else [])])
         notes.append(f"{plural(len(unused), 'file')} there that nothing refers to, so not read: {some}")
     return notes
 
 
-def open_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
+def choice_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
     """Return what a person has to choose, for each path, with the line to write for each choice."""
-    by_path = grouped((way.path, way) for way in loaded.ways.open)
-    return [_problem(path, ways, loaded, paths) for path, ways in by_path.items()]
+    by_path = grouped((item.path, item) for item in loaded.detected.open)
+    return [_problem(path, detected, loaded, paths) for path, detected in by_path.items()]
 
 
 def command_problems(loaded: Loaded) -> list[Problem]:
     """Return which commands lead to a check where nothing at a path can be read."""
     return [
-        ProblemWithLines("CQ003", way.entrance.message, Place(way.path), "write", way.entrance.commands)
-        for way in loaded.ways.beside
+        ProblemWithLines("CQ003", item.entrance.message, Place(item.path), "write", item.entrance.commands)
+        for item in loaded.detected.beside
     ]
 
 
-def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str]) -> Problem:
+def _problem(path: str, detected: Sequence[DetectedInput], loaded: Loaded, paths: Sequence[str]) -> Problem:
     left = grouped((info.name, (file, info)) for file, info in loaded.left if file.folder == path)
-    beside = [way for way in loaded.ways.beside if way.path == path]
-    first = ways[0]
-    if not left and not beside and len(ways) == 1:
+    beside = [item for item in loaded.detected.beside if item.path == path]
+    first = detected[0]
+    if not left and not beside and len(detected) == 1:
         message = f"{first.entrance.message}, and {_option(first)} names none, so nothing that they start is checked"
         own = (f"  {_command([first], paths)}", *first.entrance.details)
         return ProblemWithLines("CQ062", message, Place(path), "write, for the most likely one,", own)
-    count = len(ways) + len(beside) + sum(map(len, left.values()))
+    count = len(detected) + len(beside) + sum(map(len, left.values()))
     message = f"{count} inputs lie here that need a command each, so none of them is checked"
     lines: list[str] = []
-    for way in ways[:_FOLDERS]:
-        lines += [f"{way.entrance.folder}: {way.entrance.message}", f"  {_command([way], paths)}"]
-        lines += way.entrance.details if way is first else ()
-    for way in beside[:_FOLDERS]:
-        lines += [f"{way.entrance.folder}: {way.entrance.message}", *(f"  {each}" for each in way.entrance.commands)]
-    more = sum(max(len(each) - _FOLDERS, 0) for each in (ways, beside))
+    for item in detected[:_FOLDERS]:
+        lines += [f"{item.entrance.folder}: {item.entrance.message}", f"  {_command([item], paths)}"]
+        lines += item.entrance.details if item is first else ()
+    for item in beside[:_FOLDERS]:
+        lines += [f"{item.entrance.folder}: {item.entrance.message}", *(f"  {each}" for each in item.entrance.commands)]
+    more = sum(max(len(each) - _FOLDERS, 0) for each in (detected, beside))
     lines += [f"and {more} more folders"] if more else []
     for parts in left.values():
         lines += _listed(parts, _OF_A_KIND if len(left) <= _OF_A_KIND else 1)
@@ -87,8 +89,8 @@ def _problem(path: str, ways: Sequence[Way], loaded: Loaded, paths: Sequence[str
     return ProblemWithLines("CQ062", message, Place(path), advice, (*lines,))
 
 
-def _at_hand(way: Way) -> str:
-    return f"{way.entrance.folder}: {way.entrance.message}; write `{way.entrance.commands[0]}`"
+def _at_hand(item: DetectedInput) -> str:
+    return f"{item.entrance.folder}: {item.entrance.message}; write `{item.entrance.commands[0]}`"
 
 
 def _listed(parts: Sequence[tuple[File, ImporterInfo]], most: int) -> Iterator[str]:
@@ -106,22 +108,22 @@ def _named(file: File, info: ImporterInfo) -> str:
     return folder if name in info.suffixes else file.path
 
 
-def _option(way: Way) -> str:
-    return next(each.option for each in way.importer.options if each.switch == way.importer.folders_with)
+def _option(item: DetectedInput) -> str:
+    return next(each.option for each in item.importer.options if each.switch == item.importer.folders_with)
 
 
-def _command(ways: Sequence[Way], paths: Sequence[str]) -> str:
+def _command(detected: Sequence[DetectedInput], paths: Sequence[str]) -> str:
     """Return the command as it was written, with the folder that is read and the value of its switch, or the first choice."""
-    words, folder = _words(paths), ways[0].entrance.folder
-    for way in ways:
-        if folder != way.path and way.path in words:
-            at = words.index(way.path)
+    words, folder = _words(paths), detected[0].entrance.folder
+    for item in detected:
+        if folder != item.path and item.path in words:
+            at = words.index(item.path)
             words[at : at + 1] = [] if folder in words else [folder]
-        words += [_option(way), way.entrance.value or way.entrance.choices[0]]
+        words += [_option(item), item.entrance.value or item.entrance.choices[0]]
     return shlex.join(["cqos", *words])
 
 
-def with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
+def command_with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
     """Return the command as it was written, with the folder in which ``value`` of the switch for folders is looked up."""
     found = info.load_entrances()(value, None) if info.entrances and os.path.isfile(value) else ()  # noqa: PTH113
     read = {each: info.load_entrances()(each, None) for each in paths if os.path.isfile(each)}  # noqa: PTH113

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import say, say_problems
-from cqos_core.cli.errors import RefusedError, refused, say_error
+from cqos_core.cli.errors import WrongUsageError, say_error, wrong_usage
 from cqos_core.cli.exit_codes import UNUSABLE
-from cqos_core.cli.input_choices import command_problems, entered_notes, open_problems
+from cqos_core.cli.input_choices import choice_problems, command_problems, input_notes
 from cqos_core.cli.pack_files import read_packs
 from cqos_core.cli.parameters import (
     Assignment,
@@ -20,7 +20,7 @@ from cqos_core.cli.parameters import (
     refuse_absent,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.files.ignore_patterns import patterns
+from cqos_core.files.ignore_patterns import read_ignore_patterns
 from cqos_core.files.path_loader import load_paths
 from cqos_core.files.source_files import STDIN, STDIN_NAME, read_stream
 from cqos_core.matching.pipeline import context, with_options
@@ -88,7 +88,7 @@ class InputReader:
             protocol=lambda path: self.nearest(path).protocol,
             excluded=(
                 *self.config.exclude,
-                *([patterns(excluded, ".")] if (excluded := self.options.excluded) else ()),
+                *([read_ignore_patterns(excluded, ".")] if (excluded := self.options.excluded) else ()),
             ),
             step=step,
             entering=True,
@@ -112,36 +112,36 @@ class InputReader:
             info = load_plugins().importers[name]
             first = next((each for each in info.options if each.switch == info.folders_with), None)
             if first is not None and first.switch in own and not any(map(os.path.isdir, paths)):
-                from cqos_core.cli.input_choices import with_folder
+                from cqos_core.cli.input_choices import command_with_folder
 
-                command = with_folder(info, own[first.switch].split("\n")[0], paths)
+                command = command_with_folder(info, own[first.switch].split("\n")[0], paths)
                 message = f"{first.option} needs a folder among the paths, whose files are looked up"
-                raise RefusedError(message, f"write `{command}`")
+                raise WrongUsageError(message, f"write `{command}`")
 
     def _refuse_without_effect(self, loaded: Loaded) -> None:
         """Refuse further options of such an importer, where it reads nothing."""
-        ways = [*loaded.ways.open, *(way for same in loaded.ways.taken.values() for way in same)]
+        detected = [*loaded.detected.open, *(item for same in loaded.detected.taken.values() for item in same)]
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
             first = next((each for each in info.options if each.switch == info.folders_with), None)
-            if first is not None and first.switch not in own and info not in [way.importer for way in ways]:
+            if first is not None and first.switch not in own and info not in [item.importer for item in detected]:
                 other = next(each.option for each in info.options if each.switch in own)
-                raise RefusedError(
+                raise WrongUsageError(
                     f"{other} has no effect without {first.option}", f"write {first.option} {first.metavar} too"
                 )
 
-    def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
+    def read_system(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
         """Read ``paths`` as one system; without one, say why and end the command.
 
         ``partly`` takes what can be read although other files cannot.
         """
         with Progress("reading") as progress:
             loaded = self.load(paths, progress.step)
-        if not usable(loaded, color, named=paths, partly=partly):
+        if not is_usable(loaded, color, named=paths, partly=partly):
             click.get_current_context().exit(UNUSABLE)
-        return self.whole([system for _, system in loaded.systems]), loaded
+        return self.merged([system for _, system in loaded.systems]), loaded
 
-    def again(self, files: Sequence[str], texts: Mapping[str, bytes]) -> System:
+    def reread(self, files: Sequence[str], texts: Mapping[str, bytes]) -> System:
         """Return what is in files as one system, with other texts where ``texts`` has some.
 
         Raises:
@@ -150,7 +150,9 @@ class InputReader:
         from cqos_core.files.source_reader import read_texts
 
         switches = self._switches_with_options()
-        return self.tried(read_texts(files, texts, self.options.importer, switches, self.protocol, self.folders))
+        return self.merged_for_check(
+            read_texts(files, texts, self.options.importer, switches, self.protocol, self.folders)
+        )
 
     def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
@@ -174,19 +176,19 @@ class InputReader:
 
     def _stdin(self) -> Source:
         if sys.stdin is None:
-            raise RefusedError("`-` reads standard input, which is closed", "write the path of a file")
+            raise WrongUsageError("`-` reads standard input, which is closed", "write the path of a file")
         return read_stream(self.options.stdin_name, sys.stdin.buffer)
 
-    def tried(self, systems: Sequence[System]) -> System:
+    def merged_for_check(self, systems: Sequence[System]) -> System:
         """Return ``systems`` as one, with endpoints that use the profiles where it has profiles alone."""
-        whole = self.whole(systems)
+        whole = self.merged(systems)
         if whole.endpoints:
             return whole
         from cqos_core.checking.trial import tried_out
 
         return tried_out(whole, self.protocol)
 
-    def whole(self, systems: Sequence[System]) -> System:
+    def merged(self, systems: Sequence[System]) -> System:
         """Return ``systems`` as one, with the configuration under what they say and the command line over it."""
         if len(systems) == 1:
             merged = systems[0]
@@ -202,29 +204,29 @@ class InputReader:
         return system
 
 
-def usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] = (), partly: bool = False) -> bool:
+def is_usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] = (), partly: bool = False) -> bool:
     """Say what is wrong with what was read of ``path``, and return whether a command can go on with it.
 
     ``named`` are all paths of the command.
     """
-    problems = [*loaded.problems, *obstacles(loaded, named)]
+    problems = [*loaded.problems, *path_problems(loaded, named)]
     say_problems(problems, color)
     if not loaded.systems and not problems:
         where = f"{path}: " if path else ""
         advice = "name a file that C-QoS reads; `cqos packs` lists the formats"
         say_error(f"{where}no file there is a design that C-QoS reads", advice, color)
-    for note in entered_notes(loaded, named):
+    for note in input_notes(loaded, named):
         say(note, severity="note", choice=color)
-    return bool(loaded.systems) and not loaded.ways.open and (partly or not problems)
+    return bool(loaded.systems) and not loaded.detected.open and (partly or not problems)
 
 
-def obstacles(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
+def path_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
     """Return why paths are not read although no file is wrong: a person has to choose, or run another command before."""
-    problems = open_problems(loaded, paths)
+    problems = choice_problems(loaded, paths)
     return problems or ([] if loaded.systems or loaded.problems else command_problems(loaded))
 
 
-def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:
+def prepare_reader(options: ReadingOptions, paths: Sequence[str]) -> InputReader:
     """Check what the command line and the configuration say about reading, before anything is read.
 
     Raises:
@@ -242,7 +244,7 @@ def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapp
     if protocol is not None and protocol not in known:
         refuse_absent("packs", protocol, f"the rule pack `{protocol}`")
         source = "--protocol" if options.protocol else f"protocol of {config.path}"
-        raise refused(source, f"there is no rule pack `{protocol}`", nearest(protocol, known))
+        raise wrong_usage(source, f"there is no rule pack `{protocol}`", nearest(protocol, known))
     for assumption in options.assumptions:
         _check_assumption(assumption, where, known)
     return InputReader(options, config, where, switches)
@@ -254,7 +256,7 @@ def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:
     from cqos_core.config import Config, config_for, load_config
 
     if options.no_config and options.config_file is not None:
-        raise RefusedError("--config and --no-config exclude each other", "write one of them")
+        raise WrongUsageError("--config and --no-config exclude each other", "write one of them")
     if options.no_config:
         return Config()
     if options.config_file is not None:
@@ -277,7 +279,7 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
     for switch in options.switches:
         importers = load_plugins().importers
         if switch.owner not in importers:
-            raise refused("--switch", f"there is no importer `{switch.owner}`", nearest(switch.owner, importers))
+            raise wrong_usage("--switch", f"there is no importer `{switch.owner}`", nearest(switch.owner, importers))
         switches.setdefault(switch.owner, {})[switch.name] = switch.value
     for importer, own in options.of_importers.items():
         switches.setdefault(importer, {}).update(own)
@@ -294,16 +296,20 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
 
     if assumption.owner == OWNER:
         if assumption.name != OPTION or assumption.value not in READINGS:
-            raise refused("--option", f"`{assumption}` is no option", f"write {OWNER}.{OPTION}={'|'.join(READINGS)}")
+            raise wrong_usage(
+                "--option", f"`{assumption}` is no option", f"write {OWNER}.{OPTION}={'|'.join(READINGS)}"
+            )
         return
     pack = where.find_pack(assumption.owner)
     if pack is None:
         refuse_absent("packs", assumption.owner, f"the rule pack `{assumption.owner}`")
-        raise refused("--option", f"there is no rule pack `{assumption.owner}`", nearest(assumption.owner, known))
+        raise wrong_usage("--option", f"there is no rule pack `{assumption.owner}`", nearest(assumption.owner, known))
     index = pack.find("option", assumption.name)
     if index is None:
         names = [policy.name for policy in pack.policies if policy.level == "option"]
-        raise refused("--option", f"{pack.title} has no option `{assumption.name}`", nearest(assumption.name, names))
+        raise wrong_usage(
+            "--option", f"{pack.title} has no option `{assumption.name}`", nearest(assumption.name, names)
+        )
     policy = pack.policies[index]
     try:
         policy.domain.parse(assumption.value)
@@ -311,4 +317,4 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
         # A value newer than the pack has a stand-in, and the report says so.
         if policy.fallback is None:
             message = f"{assumption.owner}.{policy.name}: {error.message}"
-            raise refused("--option", message, error.advice()) from None
+            raise wrong_usage("--option", message, error.advice()) from None

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import emit
-from cqos_core.cli.errors import refused
+from cqos_core.cli.errors import wrong_usage
 from cqos_core.cli.file_output import write_file
-from cqos_core.formatters.multi_system import together
+from cqos_core.formatters.multi_system import combined_report
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
@@ -28,7 +28,7 @@ DEFAULT_FORMAT = "text"
 
 
 @dataclass(frozen=True, slots=True)
-class Sink:
+class OutputTarget:
     """One format, and the file it is written to; ``-`` is standard output."""
 
     format: str
@@ -42,7 +42,7 @@ class Sink:
             write_file(self.path, text)
 
 
-class PairingCommand(click.Command):
+class OutputPairingCommand(click.Command):
     """A command that remembers in which order ``--format`` and ``--output`` stood, so that they can be paired."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -53,12 +53,12 @@ class PairingCommand(click.Command):
         return super().parse_args(ctx, args)
 
 
-def pair_sinks(
+def pair_outputs(
     ctx: click.Context,
     formats: Sequence[str],
     outputs: Sequence[str],
     default: str = DEFAULT_FORMAT,
-) -> list[Sink]:
+) -> list[OutputTarget]:
     """Pair formats with outputs in the order of the command line, and refuse combinations without a meaning.
 
     Each output belongs to the format before it; one that stands first, to the format after it. ``default`` is the format
@@ -74,23 +74,25 @@ def pair_sinks(
         pairs[-1][place] = next(left[kind])
     unpaired = [output for name, output in pairs if name is None]
     if unpaired and len(pairs) > 1:
-        raise refused("--output", f"`{unpaired[0]}` has no format of its own", "write --format before each --output")
-    sinks = [Sink(name or default, output or STDOUT) for name, output in pairs] or [Sink(default)]
+        raise wrong_usage(
+            "--output", f"`{unpaired[0]}` has no format of its own", "write --format before each --output"
+        )
+    sinks = [OutputTarget(name or default, output or STDOUT) for name, output in pairs] or [OutputTarget(default)]
     _refuse_clashes(sinks)
     return sinks
 
 
-def _refuse_clashes(sinks: Sequence[Sink]) -> None:
-    seen: dict[str, Sink] = {}
+def _refuse_clashes(sinks: Sequence[OutputTarget]) -> None:
+    seen: dict[str, OutputTarget] = {}
     for sink in sinks:
         other = seen.setdefault(STDOUT if sink.path == STDOUT else os.path.realpath(sink.path), sink)
         if other is not sink:
             where = "standard output" if sink.path == STDOUT else f"`{sink.path}`"
             message = f"{other.format} and {sink.format} would both go to {where}"
-            raise refused("--output", message, "give each a file with --output")
+            raise wrong_usage("--output", message, "give each a file with --output")
 
 
-def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) -> None:
+def check_output_paths(option: str, targets: Iterable[str], inputs: Iterable[str]) -> None:
     """Refuse files that cannot be written, or would overwrite an input, before the work is done.
 
     Raises:
@@ -108,10 +110,10 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
             (not os.path.isdir(folder), f"there is no folder `{folder}` to write `{target}` into", "make the folder"),  # noqa: PTH112
         ):
             if is_wrong:
-                raise refused(option, message, advice)
+                raise wrong_usage(option, message, advice)
 
 
-def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:
+def render(sink: OutputTarget, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:
     """Return what one sink gets: one report of everything, in which for programs unread inputs are findings.
 
     Raises:
@@ -120,15 +122,15 @@ def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], s
     info = load_plugins().formatters[sink.format]
     if info.for_people and not reports:
         return ""
-    with written_by("formatters", sink.format):
-        rendered: object = info.load()(together(reports, () if info.for_people else problems), style)
+    with blame_plugin("formatters", sink.format):
+        rendered: object = info.load()(combined_report(reports, () if info.for_people else problems), style)
         if not isinstance(rendered, str):
             raise TypeError(f"it returned a {type(rendered).__name__}, no text")
     return rendered
 
 
 @contextmanager
-def written_by(kind: str, name: str) -> Iterator[None]:
+def blame_plugin(kind: str, name: str) -> Iterator[None]:
     """Blame a plugin's ``formatters``, ``exporters`` or ``translators`` for what they raise.
 
     Raises:

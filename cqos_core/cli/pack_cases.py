@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import emit
-from cqos_core.cli.errors import RefusedError
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.cli.pack_files import read_packs
 from cqos_core.cli.parameters import debug_option
 from cqos_core.model.problems import CqosError
@@ -48,7 +48,7 @@ def test_pack(*, pack: str, cases: tuple[str, ...]) -> None:
     judged, given = _pack(pack)
     folders = cases or (str(Path(pack).parent / _FOLDER),)
     if not cases and not Path(folders[0]).is_dir():
-        raise RefusedError(f"there is no folder `{folders[0]}`", f"name the case files of pack `{pack}`")
+        raise WrongUsageError(f"there is no folder `{folders[0]}`", f"name the case files of pack `{pack}`")
     found = [case for folder in folders for case in load_cases(folder, judged.id)]
     failed = list(_failures(found, given))
     lines = [*failed, *_one_sided(judged, found)]
@@ -64,7 +64,7 @@ def _pack(name: str) -> tuple[RulePack, Sequence[RulePack]]:
     if name in plugins.packs and not Path(name).is_file():
         installed = plugins.pack(name)
         if installed is None:
-            raise RefusedError(f"rule pack `{name}` is installed and cannot be loaded", "`cqos packs` says why")
+            raise WrongUsageError(f"rule pack `{name}` is installed and cannot be loaded", "`cqos packs` says why")
         return replace(installed, validated=False), ()
     (pack,) = packs = read_packs((name,))
     return pack, packs

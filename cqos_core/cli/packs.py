@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from cqos_core.cli.console import emit, width
-from cqos_core.cli.errors import RefusedError, refused
-from cqos_core.cli.outputs import written_by
+from cqos_core.cli.errors import WrongUsageError, wrong_usage
+from cqos_core.cli.outputs import blame_plugin
 from cqos_core.cli.pack_files import packs_here
 from cqos_core.cli.parameters import (
     Registered,
@@ -54,7 +54,7 @@ def packs(
     plugins = load_plugins()
     extra = {pack.id: pack for pack in packs_here(pack_files)}
     if pack_id is None and language is not None:
-        raise RefusedError(
+        raise WrongUsageError(
             "--as needs the ID of a rule pack", "write `cqos packs ID --as …`; `cqos packs` lists the IDs", ctx
         )
     if pack_id is None:
@@ -67,9 +67,9 @@ def packs(
             refuse_absent("packs", pack_id, f"the rule pack `{pack_id}`")
         unknown = f"there is no rule pack `{pack_id}`"
         advice = "" if reasons else nearest(pack_id, (*extra, *plugins.packs))
-        raise refused("ID", reasons[0] if reasons else unknown, advice)
+        raise wrong_usage("ID", reasons[0] if reasons else unknown, advice)
     if language is not None:
-        with written_by("translators", language):
+        with blame_plugin("translators", language):
             emit(plugins.translators[language].load()(pack))
         return
     emit(versioned(describe_pack(pack)) if form == "json" else pack_as_text(pack, width()))

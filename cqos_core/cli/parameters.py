@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 import click
 
 from cqos_core.cli.console import COLOR_CHOICES
-from cqos_core.cli.errors import RefusedError
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import regular_expression
 from cqos_core.model.source import VARIABLES
@@ -61,7 +61,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
         known = getattr(load_plugins(), self.kind)
         if value not in known:
             refuse_absent(self.kind, value, f"the {self.name} `{value}`")
-            raise RefusedError(f"there is no {self.name} `{value}`", nearest(value, known), ctx, param)
+            raise WrongUsageError(f"there is no {self.name} `{value}`", nearest(value, known), ctx, param)
         return value
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -99,7 +99,9 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
             return value
         match = (_VARIABLE if self.owner else _ASSIGNMENT).fullmatch(value.strip())
         if match is None:
-            raise RefusedError(f"`{value}` is not of the form {self.form}", f"for instance {self.example}", ctx, param)
+            raise WrongUsageError(
+                f"`{value}` is not of the form {self.form}", f"for instance {self.example}", ctx, param
+            )
         return Assignment(**{"owner": self.owner, **match.groupdict()})
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -121,7 +123,7 @@ class Run:
     silent: bool = False
     arguments: tuple[str, ...] = ()
 
-    def debug_from_now_on(self) -> None:
+    def enable_debug(self) -> None:
         """Show tracebacks, also of errors that become mere words."""
         if not self.debug:
             import logging
@@ -134,7 +136,7 @@ class Run:
 
 def _debug(ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's signature
     if value and isinstance(run := ctx.find_root().obj, Run):
-        run.debug_from_now_on()
+        run.enable_debug()
 
 
 debug_option = click.option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.console import emit, width
-from cqos_core.cli.errors import refused
+from cqos_core.cli.errors import wrong_usage
 from cqos_core.cli.pack_files import packs_here
 from cqos_core.cli.parameters import debug_option, nearest, one_format_option, packs_option
 from cqos_core.packs.catalogue import describe_code, describe_rule
@@ -42,7 +42,9 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     found = find(code, packs)
     if found is None:
         near = nearest(code, names(packs))
-        raise refused("CODE", f"there is no rule or code `{code[:60]}`", f"{near} `cqos packs ID` lists rules".strip())
+        raise wrong_usage(
+            "CODE", f"there is no rule or code `{code[:60]}`", f"{near} `cqos packs ID` lists rules".strip()
+        )
     emit(_as_json(found) if form == "json" else _page(found, form))
 
 

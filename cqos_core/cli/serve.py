@@ -10,7 +10,7 @@ from typing import Any, Final, TypeAlias
 
 import click
 
-from cqos_core.cli.errors import RefusedError
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import CONFIG, debug_option, nearest, no_config_option
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
@@ -41,7 +41,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     for name, setting in config.serve.items():
         option, at = options.get(name), setting.place or config.path
         if option is None or option.name is None:
-            raise RefusedError(f"{at}: `cqos serve` has no option `{name}`", nearest(name, options), ctx)
+            raise WrongUsageError(f"{at}: `cqos serve` has no option `{name}`", nearest(name, options), ctx)
         folder = Path(setting.place.source).parent if name in _FILES and setting.place is not None else None
         texts = Names().parse(setting.text) if option.multiple else (setting.text,)
         beside = tuple(text if folder is None else str(folder / text) for text in texts)
@@ -49,7 +49,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
         try:
             option.type_cast_value(ctx, defaults[option.name])
         except click.BadParameter as error:
-            raise RefusedError(f"{at}: `{name}`: {error.message}", getattr(error, "help", ""), ctx) from None
+            raise WrongUsageError(f"{at}: `{name}`: {error.message}", getattr(error, "help", ""), ctx) from None
     ctx.default_map = defaults
     return value
 

@@ -10,7 +10,7 @@ from typing import Final, TypeAlias
 import click
 
 from cqos_core.cli.console import say
-from cqos_core.cli.errors import say_cqos_error, say_refused
+from cqos_core.cli.errors import say_cqos_error, say_usage_error
 from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.files.file_search import find_files
 from cqos_core.formatters.phrases import listed
@@ -52,7 +52,7 @@ def _again(run: Callable[[], Watched], files: Sequence[str]) -> Watched:
     except CqosError as error:
         say_cqos_error(error)
     except click.ClickException as error:
-        say_refused(error)
+        say_usage_error(error)
     return UNUSABLE, files
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.bpmn.names import POLICY_NAMES
 from cqos_core.bpmn.rewriting import Diagram
-from cqos_core.files.export import Exported, judged
+from cqos_core.files.export import Exported, export_input
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Cases
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.bpmn.rewriting import Tag
-    from cqos_core.files.export import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, ExportEndpoint
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Setting
     from cqos_core.model.system import System
@@ -32,7 +32,7 @@ _Values: TypeAlias = "dict[int, str | None]"
 
 def write(system: System, context: ExportContext) -> Exported:
     """Return the document with the QoS of its events as attributes in words, or only with what fixes changed."""
-    found, notes = diagram_of(system, judged(system, context).endpoints)
+    found, notes = diagram_of(system, export_input(system, context).endpoints)
     if found is None:
         return Exported("", 0, tuple(notes))
     diagram, elements = found
@@ -48,11 +48,11 @@ def write(system: System, context: ExportContext) -> Exported:
 
 
 def diagram_of(
-    system: System, endpoints: Iterable[Judged]
-) -> tuple[tuple[Diagram, dict[str, list[Judged]]] | None, dict[str, None]]:
+    system: System, endpoints: Iterable[ExportEndpoint]
+) -> tuple[tuple[Diagram, dict[str, list[ExportEndpoint]]] | None, dict[str, None]]:
     """Return the one BPMN document of a system with the endpoints of each element, and notes on what it does not hold."""
     notes: dict[str, None] = {}
-    by_source: dict[str, dict[str, list[Judged]]] = {}
+    by_source: dict[str, dict[str, list[ExportEndpoint]]] = {}
     others = 0
     for each in endpoints:
         place = each.endpoint.place
@@ -135,12 +135,12 @@ def _property_index(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect
     return pack.find(ENDPOINT, tag.attributes["name"].text.strip(), dialect)
 
 
-def _pack(endpoints: list[Judged]) -> tuple[RulePack, Dialect | None]:
+def _pack(endpoints: list[ExportEndpoint]) -> tuple[RulePack, Dialect | None]:
     pack = endpoints[0].parts[0].pack
     return pack, pack.dialects.get(DIALECT, pack.dialects.get("yaml"))
 
 
-def _stated(each: Judged, notes: dict[str, None]) -> _Values:
+def _stated(each: ExportEndpoint, notes: dict[str, None]) -> _Values:
     """Return the values that an element states, by policy; without those that are not known."""
     pack, dialect = _pack([each])
     found: _Values = {}
@@ -161,7 +161,7 @@ def _stated(each: Judged, notes: dict[str, None]) -> _Values:
     return found
 
 
-def _changed(endpoints: list[Judged], context: ExportContext, notes: dict[str, None]) -> _Values:
+def _changed(endpoints: list[ExportEndpoint], context: ExportContext, notes: dict[str, None]) -> _Values:
     """Return the values that fixes changed; endpoints of one element have one value each."""
     pack, dialect = _pack(endpoints)
     found: _Values = {}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
+class CheckUnit:
     """What is checked as one system.
 
     Attributes:
@@ -36,7 +36,7 @@ class Unit:
     folder: str = ""
 
 
-def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
+def check_units(loaded: Loaded, grouping: str) -> tuple[list[CheckUnit], str]:
     """Group what was read into systems, and say how, where the paths alone do not tell.
 
     Named files are one system, with all that is in folders named beside them. A folder that holds nothing but parts is as
@@ -65,7 +65,7 @@ def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
     return [*apiece, *joint], how
 
 
-def _calling_together(wholes: Sequence[Read]) -> list[Unit]:
+def _calling_together(wholes: Sequence[Read]) -> list[CheckUnit]:
     """Return whole systems one by one, but those together that run processes of each other."""
     if not any(system.processes for _, system in wholes):
         return [_unit([pair]) for pair in wholes]
@@ -75,9 +75,9 @@ def _calling_together(wholes: Sequence[Read]) -> list[Unit]:
     return [replace(_unit(group), path=group[0][0].path) for group in groups]
 
 
-def _unit(read: Sequence[Read], *, named: bool | None = None) -> Unit:
+def _unit(read: Sequence[Read], *, named: bool | None = None) -> CheckUnit:
     file = read[0][0]
     folder = file.folder if len(read) > 1 and len({file.folder for file, _ in read}) == 1 else None
     files = tuple(each.path for each, _ in read)
     systems = [system for _, system in read]
-    return Unit(folder or file.path, systems, file.named if named is None else named, files, file.folder or "")
+    return CheckUnit(folder or file.path, systems, file.named if named is None else named, files, file.folder or "")

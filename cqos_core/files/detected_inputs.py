@@ -14,12 +14,12 @@ from cqos_core.plugins import FAULTS
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from cqos_core.files.file_search import Found
+    from cqos_core.files.file_search import FoundFiles
     from cqos_core.model.entrance import Entrance
     from cqos_core.plugins import ImporterInfo, Plugins
 
 
-class Way(NamedTuple):
+class DetectedInput(NamedTuple):
     """An entrance at a named path."""
 
     path: str
@@ -28,7 +28,7 @@ class Way(NamedTuple):
 
 
 @dataclass(slots=True)
-class Ways:
+class DetectedInputs:
     """The entrances at named paths.
 
     Attributes:
@@ -40,10 +40,10 @@ class Ways:
         inside: folders whose files an importer reads by itself.
     """
 
-    taken: dict[File, list[Way]] = field(default_factory=dict)
-    open: list[Way] = field(default_factory=list)
+    taken: dict[File, list[DetectedInput]] = field(default_factory=dict)
+    open: list[DetectedInput] = field(default_factory=list)
     refused: dict[str, Entrance] = field(default_factory=dict)
-    beside: list[Way] = field(default_factory=list)
+    beside: list[DetectedInput] = field(default_factory=list)
     narrowed: set[str] = field(default_factory=set)
     inside: set[str] = field(default_factory=set)
 
@@ -57,7 +57,7 @@ class Ways:
             ):
                 self.open += self.taken.pop(file)
 
-    def renamed(self, names: Mapping[str, str]) -> Ways:
+    def renamed(self, names: Mapping[str, str]) -> DetectedInputs:
         """Return the entrances with other beginnings of paths, also within texts."""
 
         def text(value: str) -> str:
@@ -65,14 +65,14 @@ class Ways:
                 value = value.replace(start, new).replace(start.rstrip(os.sep), f"{new}.")
             return value
 
-        def own(way: Way) -> Way:
-            stated = {each.name: getattr(way.entrance, each.name) for each in fields(way.entrance)}
+        def own(item: DetectedInput) -> DetectedInput:
+            stated = {each.name: getattr(item.entrance, each.name) for each in fields(item.entrance)}
             new: dict[str, Any] = {
                 name: text(each) if isinstance(each, str) else tuple(map(text, each)) for name, each in stated.items()
             }
-            return Way(text(way.path), way.importer, replace(way.entrance, **new))
+            return DetectedInput(text(item.path), item.importer, replace(item.entrance, **new))
 
-        return Ways(
+        return DetectedInputs(
             {
                 replace(file, path=text(file.path), folder=file.folder and text(file.folder)): [*map(own, same)]
                 for file, same in self.taken.items()
@@ -87,7 +87,9 @@ class Ways:
         return any(_holds(folder, path) for folder in self.inside)
 
 
-def find_ways(found: Found, folders: Sequence[str], plugins: Plugins, unclaimed: Callable[[str], bool]) -> Ways:
+def detect_inputs(
+    found: FoundFiles, folders: Sequence[str], plugins: Plugins, unclaimed: Callable[[str], bool]
+) -> DetectedInputs:
     """Find the entrances at named paths.
 
     Args:
@@ -96,20 +98,20 @@ def find_ways(found: Found, folders: Sequence[str], plugins: Plugins, unclaimed:
         plugins: whose importers are asked.
         unclaimed: whether there is a file at a path that no importer reads.
     """
-    ways = Ways()
+    detected = DetectedInputs()
     for file in found.files:
         if file.named and file.path != STDIN and unclaimed(file.path):
-            for way in _at(file.path, None, plugins):
-                _add_file(way, folders, ways)
+            for item in _at(file.path, None, plugins):
+                _add_file(item, folders, detected)
     for folder in folders:
-        if folder not in ways.narrowed:
+        if folder not in detected.narrowed:
             below = [each.path for each in (*found.files, *found.skipped) if each.folder == folder]
-            for way in _at(folder, below, plugins):
-                _add_folder(way, ways)
-    return ways
+            for item in _at(folder, below, plugins):
+                _add_folder(item, detected)
+    return detected
 
 
-def read_whole(folders: Sequence[str], found: Found, info: ImporterInfo, plugins: Plugins) -> list[str]:
+def folders_read_whole(folders: Sequence[str], found: FoundFiles, info: ImporterInfo, plugins: Plugins) -> list[str]:
     """Return those of some folders that have entrances of an importer; all, if none has."""
     if len(folders) < 2 or not info.entrances:  # noqa: PLR2004 - there is nothing to tell apart
         return [*folders]
@@ -119,43 +121,43 @@ def read_whole(folders: Sequence[str], found: Found, info: ImporterInfo, plugins
     own = [
         folder
         for folder in folders
-        if any(way.importer is info and way.entrance.choices for way in _at(folder, below[folder], plugins))
+        if any(item.importer is info and item.entrance.choices for item in _at(folder, below[folder], plugins))
     ]
     return own or [*folders]
 
 
-def _add_file(way: Way, folders: Sequence[str], ways: Ways) -> None:
-    if not way.entrance.value:
-        ways.refused[way.path] = way.entrance
+def _add_file(item: DetectedInput, folders: Sequence[str], detected: DetectedInputs) -> None:
+    if not item.entrance.value:
+        detected.refused[item.path] = item.entrance
         return
-    around = next((each for each in folders if _holds(each, way.path)), None)
+    around = next((each for each in folders if _holds(each, item.path)), None)
     if around is not None:
-        way = way._replace(entrance=replace(way.entrance, folder=around))
-        ways.narrowed.add(around)
-        ways.inside.add(around)
-    ways.taken.setdefault(File(way.entrance.folder, around), []).append(way)
+        item = item._replace(entrance=replace(item.entrance, folder=around))
+        detected.narrowed.add(around)
+        detected.inside.add(around)
+    detected.taken.setdefault(File(item.entrance.folder, around), []).append(item)
 
 
-def _add_folder(way: Way, ways: Ways) -> None:
-    entrance = way.entrance
+def _add_folder(item: DetectedInput, detected: DetectedInputs) -> None:
+    entrance = item.entrance
     if entrance.value:
-        ways.taken.setdefault(File(entrance.folder, way.path), []).append(way)
+        detected.taken.setdefault(File(entrance.folder, item.path), []).append(item)
     elif entrance.choices:
-        ways.open.append(way)
+        detected.open.append(item)
     else:
-        ways.beside.append(way)
+        detected.beside.append(item)
         return
-    ways.narrowed.add(way.path)
-    ways.inside.update(entrance.inside)
+    detected.narrowed.add(item.path)
+    detected.inside.update(entrance.inside)
 
 
-def _at(path: str, files: Sequence[str] | None, plugins: Plugins) -> list[Way]:
+def _at(path: str, files: Sequence[str] | None, plugins: Plugins) -> list[DetectedInput]:
     """Ask every importer; one that fails finds nothing, so that a broken plugin cannot stop the others."""
-    found: list[Way] = []
+    found: list[DetectedInput] = []
     for info in plugins.importers.values():
         if info.entrances:
             try:
-                found += [Way(path, info, each) for each in info.load_entrances()(path, files)]
+                found += [DetectedInput(path, info, each) for each in info.load_entrances()(path, files)]
             except FAULTS as error:
                 if plugins.shipped("importers", info.name):
                     raise

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from cqos_core.files.atomic_writes import replace_all
 from cqos_core.files.importer_choice import recognise
 from cqos_core.files.source_files import read_path
-from cqos_core.files.text_edits import edited, replacements
+from cqos_core.files.text_edits import edited_text, replacements
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.grouping import grouped
@@ -69,7 +69,7 @@ def apply_edits(sources: Mapping[str, bytes], edits: Iterable[Edit], importer: s
     for name, own in grouped((each.place.source, each) for each in edits).items():
         if name in sources:
             source = Source(name, sources[name])
-            made = edited(source, own, partial(_inserter, source, importer))
+            made = edited_text(source, own, partial(_inserter, source, importer))
             left += made.left
             if made.data != sources[name]:
                 texts[name] = made.data

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class ExportEndpoint:
     """An endpoint as it was stated, with what its pack makes of it.
 
     Attributes:
@@ -36,14 +36,14 @@ class Judged:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class ExportInput:
     """The endpoints of a system in their order, and the overlays that cover none of them."""
 
-    endpoints: tuple[Judged, ...]
+    endpoints: tuple[ExportEndpoint, ...]
     idle: tuple[Overlay, ...]
 
 
-def judged(system: System, context: ExportContext) -> Judgement:
+def export_input(system: System, context: ExportContext) -> ExportInput:
     """Return the endpoints of ``system``, each with the values that its pack sees."""
     where = Context(context.find_pack, default_protocol=context.default_protocol)
     resolver = resolver_of(Pipeline(replace(system, bridges={}), where))
@@ -54,14 +54,16 @@ def judged(system: System, context: ExportContext) -> Judgement:
         resolver.stated(endpoint)
         parts = tuple(resolver.result.endpoints[before:])
         alone = parts[0].id if len(parts) == 1 else endpoint.id
-        found.append(Judged(endpoint, unique(alone, ids), parts))
+        found.append(ExportEndpoint(endpoint, unique_name(alone, ids), parts))
     idle = tuple(each for index, each in enumerate(system.overlays) if index not in resolver.overlays.used)
-    return Judgement(tuple(found), idle)
+    return ExportInput(tuple(found), idle)
 
 
-def judged_by(pack: str, system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[Judged]:
+def endpoints_of_pack(
+    pack: str, system: System, context: ExportContext, notes: dict[str, None]
+) -> Iterator[ExportEndpoint]:
     """Yield the endpoints that a pack judges, also those that are not to be written; note that there are others."""
-    endpoints = judged(system, context).endpoints
+    endpoints = export_input(system, context).endpoints
     own = [each for each in endpoints if each.parts and each.parts[0].pack.id == pack]
     yield from own
     others = len(endpoints) - len(own)
@@ -69,7 +71,7 @@ def judged_by(pack: str, system: System, context: ExportContext, notes: dict[str
         notes[f"{others} endpoint{'s' if others > 1 else ''} of other protocols left out"] = None
 
 
-def unique(wanted: str, taken: set[str]) -> str:
+def unique_name(wanted: str, taken: set[str]) -> str:
     """Return ``wanted``, with a number where it is taken, and take it."""
     name, number = wanted, 2
     while name in taken:
@@ -78,4 +80,13 @@ def unique(wanted: str, taken: set[str]) -> str:
     return name
 
 
-__all__ = ["ExportContext", "Exported", "Judged", "Judgement", "Writer", "judged", "judged_by", "unique"]
+__all__ = [
+    "ExportContext",
+    "ExportEndpoint",
+    "ExportInput",
+    "Exported",
+    "Writer",
+    "endpoints_of_pack",
+    "export_input",
+    "unique_name",
+]

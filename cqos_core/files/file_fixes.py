@@ -20,7 +20,7 @@ _ROUNDS: Final = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Fixed:
+class FileFixes:
     """What applying fixes gave.
 
     Attributes:
@@ -42,7 +42,7 @@ def fix_all(
     importer: str | None = None,
     *,
     weaken: bool = False,
-) -> Fixed:
+) -> FileFixes:
     """Apply the first fix of each error and warning that weakens nothing, breaks nothing and needs no other program.
 
     Each is kept only if the new texts can be read, its finding is gone, and no error is there that was not before.
@@ -77,7 +77,7 @@ def fix_all(
         applied += chosen
     changed = {name: data for name, data in texts.items() if data != sources[name]}
     left = tuple((finding, refused.get(_key(finding), "it came up late")) for finding in _wanted(report))
-    return Fixed(Edited(dict(sources), changed), tuple(applied), left, report)
+    return FileFixes(Edited(dict(sources), changed), tuple(applied), left, report)
 
 
 def _wanted(report: Report) -> list[Finding]:

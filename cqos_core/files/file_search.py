@@ -6,7 +6,7 @@ import os
 from dataclasses import field
 from typing import TYPE_CHECKING
 
-from cqos_core.files.ignore_patterns import Ignored
+from cqos_core.files.ignore_patterns import IgnoreRules
 from cqos_core.files.source_files import STDIN
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import Problem
@@ -15,7 +15,7 @@ from cqos_core.model.settings import Place
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.files.ignore_patterns import Patterns
+    from cqos_core.files.ignore_patterns import IgnorePatterns
     from cqos_core.plugins import Plugins
 
 
@@ -37,7 +37,7 @@ class File:
 
 
 @dataclass(slots=True)
-class Found:
+class FoundFiles:
     """What some paths stand for.
 
     Attributes:
@@ -54,8 +54,8 @@ class Found:
 
 
 def find_files(
-    paths: Iterable[str], plugins: Plugins, importer: str | None = None, excluded: Sequence[Patterns] = ()
-) -> Found:
+    paths: Iterable[str], plugins: Plugins, importer: str | None = None, excluded: Sequence[IgnorePatterns] = ()
+) -> FoundFiles:
     """List the files that ``paths`` name, and those below folders whose endings importers name.
 
     Of folders, hidden files, generated folders, and what ``excluded`` or a ``.gitignore`` excludes are passed over.
@@ -63,11 +63,11 @@ def find_files(
     """
     searched = [plugins.importers[importer]] if importer in plugins.importers else plugins.importers.values()
     suffixes = tuple(suffix for info in searched for suffix in info.suffixes)
-    found = Found()
+    found = FoundFiles()
     files: dict[str, File] = {}
     for path in paths:
         if os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises where a path is too long
-            for each in _files_below(path, suffixes, found, Ignored(path, excluded)):
+            for each in _files_below(path, suffixes, found, IgnoreRules(path, excluded)):
                 files.setdefault(os.path.realpath(each), File(each, path))
         else:
             # The same file named twice is read once; named beats found.
@@ -79,10 +79,10 @@ def find_files(
     return found
 
 
-def _files_below(root: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
-    from cqos_core.files.folder_walk import Skipped, walk  # single files need none
+def _files_below(root: str, suffixes: tuple[str, ...], found: FoundFiles, ignored: IgnoreRules) -> Iterator[str]:
+    from cqos_core.files.folder_walk import SkippedFolder, walk  # single files need none
 
-    skipped: list[Skipped] = []
+    skipped: list[SkippedFolder] = []
     for inner, folders, names in walk(root, skipped):
         ignored.enter(inner)
         kept = [name for name in sorted(folders) if not ignored(inner, name, is_folder=True)]

@@ -13,7 +13,7 @@ _NO_PATH: Final = frozenset((errno.ENAMETOOLONG, errno.ELOOP))
 _LONGEST_SHOWN: Final = 120
 
 
-class Skipped(NamedTuple):
+class SkippedFolder(NamedTuple):
     """A folder that a walk passed over.
 
     Attributes:
@@ -37,7 +37,7 @@ def shortened(path: str) -> str:
     return path if len(path) <= _LONGEST_SHOWN else f"{path[:half]}…{path[-half:]}"
 
 
-def walk(root: str, skipped: list[Skipped]) -> Iterator[tuple[str, list[str], list[str]]]:
+def walk(root: str, skipped: list[SkippedFolder]) -> Iterator[tuple[str, list[str], list[str]]]:
     """Yield each folder below ``root``, itself first, with the names of folders and of other files in it.
 
     The caller may take folders out of the list, and sort it. Links to folders are not followed.
@@ -63,7 +63,7 @@ def walk(root: str, skipped: list[Skipped]) -> Iterator[tuple[str, list[str], li
                     if entry.is_symlink():
                         links.add(entry.name)
         except OSError as error:
-            skipped.append(Skipped(folder, error.strerror or str(error), error.errno not in _NO_PATH))
+            skipped.append(SkippedFolder(folder, error.strerror or str(error), error.errno not in _NO_PATH))
             continue
         yield folder, folders, names
         for name in reversed(folders):
@@ -71,7 +71,7 @@ def walk(root: str, skipped: list[Skipped]) -> Iterator[tuple[str, list[str], li
             if name not in links:
                 waiting.append(path)
             elif not _leads_into(inside, path):
-                skipped.append(Skipped(path, f"a link to {os.path.realpath(path)}"))
+                skipped.append(SkippedFolder(path, f"a link to {os.path.realpath(path)}"))
 
 
 def _is_folder(entry: os.DirEntry[str]) -> bool:

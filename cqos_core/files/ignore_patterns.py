@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
     from pathspec import GitIgnoreSpec
 
-GENERATED: Final = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
+GENERATED_FOLDERS: Final = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
 """Folders that tools generate."""
 _FILE: Final = ".gitignore"
 _REPOSITORY: Final = ".git"
 
 
-class Patterns(NamedTuple):
+class IgnorePatterns(NamedTuple):
     """Patterns that are relative to one folder, given by its absolute path."""
 
     folder: str
@@ -34,7 +34,7 @@ class Patterns(NamedTuple):
         return self.spec.check_file(f"{relative}/" if is_folder else relative).include
 
 
-def patterns(lines: Iterable[str], folder: str) -> Patterns:
+def read_ignore_patterns(lines: Iterable[str], folder: str) -> IgnorePatterns:
     """Read patterns that are relative to ``folder``; one that is no pattern matches nothing."""
     from pathspec import GitIgnoreSpec
 
@@ -43,23 +43,23 @@ def patterns(lines: Iterable[str], folder: str) -> Patterns:
         with suppress(ValueError):
             GitIgnoreSpec.from_lines([line.rstrip("\r\n")])
             read.append(line.rstrip("\r\n"))
-    return Patterns(os.path.abspath(folder), GitIgnoreSpec.from_lines(read, backend="simple"))  # noqa: PTH100 - links stay
+    return IgnorePatterns(os.path.abspath(folder), GitIgnoreSpec.from_lines(read, backend="simple"))  # noqa: PTH100 - links stay
 
 
-class Ignored:
+class IgnoreRules:
     """Answers for one search which files and folders it passes over."""
 
-    def __init__(self, folder: str, excluded: Sequence[Patterns] = ()) -> None:
+    def __init__(self, folder: str, excluded: Sequence[IgnorePatterns] = ()) -> None:
         """Begin in ``folder``; what the files ``.gitignore`` above it say holds too, as far up as the repository goes."""
         self._excluded = excluded
-        self._by_folder: dict[str, tuple[Patterns, ...]] = {}
+        self._by_folder: dict[str, tuple[IgnorePatterns, ...]] = {}
         from pathlib import Path
 
         start = os.path.abspath(folder)  # noqa: PTH100 - links stay as they are written
         above = [start, *map(str, Path(start).parents)]
         root = next((at for at, each in enumerate(above) if Path(each, _REPOSITORY).exists()), 0)
         self._start = start
-        known: tuple[Patterns, ...] = ()
+        known: tuple[IgnorePatterns, ...] = ()
         for each in reversed(above[: root + 1]):
             known = (*known, *_read(each))
         self._by_folder[start] = known
@@ -72,7 +72,7 @@ class Ignored:
 
     def __call__(self, folder: str, name: str, *, is_folder: bool) -> bool:
         """Whether the search passes over ``name``, which stands in ``folder``."""
-        if name.startswith(".") or (is_folder and name in GENERATED):
+        if name.startswith(".") or (is_folder and name in GENERATED_FOLDERS):
             return True
         inner = os.path.abspath(folder)  # noqa: PTH100
         path = os.path.join(inner, name)  # noqa: PTH118
@@ -85,7 +85,7 @@ class Ignored:
         return False
 
 
-def _read(folder: str) -> tuple[Patterns, ...]:
+def _read(folder: str) -> tuple[IgnorePatterns, ...]:
     from pathlib import Path
 
     file = Path(folder, _FILE)
@@ -93,4 +93,4 @@ def _read(folder: str) -> tuple[Patterns, ...]:
         text = decode(file.read_bytes()) if file.is_file() else ""
     except OSError:
         return ()
-    return (patterns(text.split("\n"), folder),) if text.strip() else ()
+    return (read_ignore_patterns(text.split("\n"), folder),) if text.strip() else ()

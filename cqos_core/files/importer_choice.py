@@ -47,7 +47,7 @@ def recognise(
 
 def _claiming(source: Source, plugins: Plugins) -> list[ImporterInfo]:
     head = source.data[:HEAD]
-    return [info for info in plugins.importers.values() if _claims(info, source.name, head, plugins)]
+    return [info for info in plugins.importers.values() if claims_source(info, source.name, head, plugins)]
 
 
 def _fitting(claiming: list[ImporterInfo], beside: Collection[str]) -> list[ImporterInfo]:
@@ -82,7 +82,7 @@ def protocols_of(systems: Iterable[System]) -> frozenset[str]:
     return frozenset(protocol for protocol in found if protocol is not None)
 
 
-def _claims(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) -> bool:
+def claims_source(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) -> bool:
     """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
     try:
         return _claims_once(info.load_claim(), name, head)  # type: ignore[arg-type] # functions are hashable

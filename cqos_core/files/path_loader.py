@@ -7,11 +7,11 @@ from dataclasses import field
 from itertools import count
 from typing import TYPE_CHECKING
 
-from cqos_core.files.detected_inputs import Ways, find_ways, read_whole
-from cqos_core.files.file_search import File, Found, find_files
-from cqos_core.files.importer_choice import _claims, recognise
+from cqos_core.files.detected_inputs import DetectedInputs, detect_inputs, folders_read_whole
+from cqos_core.files.file_search import File, FoundFiles, find_files
+from cqos_core.files.importer_choice import claims_source, recognise
 from cqos_core.files.source_files import HEAD, STDIN, STDIN_NAME, open_file, read_path
-from cqos_core.files.source_reader import GivenSource, _parts, _read_all
+from cqos_core.files.source_reader import GivenSource, included_parts, read_all
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.entrance import ProblemWithLines
 from cqos_core.model.problems import InputError, Problem
@@ -23,8 +23,8 @@ from cqos_core.plugins import ImporterInfo, Plugins, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.files.detected_inputs import Way
-    from cqos_core.files.ignore_patterns import Patterns
+    from cqos_core.files.detected_inputs import DetectedInput
+    from cqos_core.files.ignore_patterns import IgnorePatterns
     from cqos_core.model.entrance import Entrance
 
 
@@ -47,7 +47,7 @@ class Loaded:
         not_searched: folders that were passed over: generated, or excluded.
         parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
-        ways: how named paths are read that no importer reads as they are named.
+        detected: how named paths are read that no importer reads as they are named.
         folders: what was read as one folder, by path, so that it can be read again.
         left: parts of systems that are not read because of such a way, each with its importer.
         covered: parts of systems where such a way reads what it refers to, and nothing else.
@@ -58,7 +58,7 @@ class Loaded:
     not_searched: tuple[str, ...] = ()
     parts: dict[str, str] = field(default_factory=dict)
     unsearched: tuple[Problem, ...] = ()
-    ways: Ways = field(default_factory=Ways)
+    detected: DetectedInputs = field(default_factory=DetectedInputs)
     folders: dict[str, GivenSource] = field(default_factory=dict)
     left: list[tuple[File, ImporterInfo]] = field(default_factory=list)
     covered: list[File] = field(default_factory=list)
@@ -105,7 +105,7 @@ def load_paths(
     stdin: Source | None = None,
     *,
     protocol: str | Callable[[str], str | None] | None = None,
-    excluded: Sequence[Patterns] = (),
+    excluded: Sequence[IgnorePatterns] = (),
     step: Callable[[int, int], None] = lambda _done, _all: None,
     texts: Mapping[str, bytes] | None = None,
     entering: bool = False,
@@ -121,7 +121,7 @@ def load_paths(
         excluded: what a search of folders passes over.
         step: called after each file with the number of read files and the number of all.
         texts: bytes that count instead of those of files, by real path.
-        entering: read what `find_ways` finds, unless the caller states an importer or the switch for folders. Where a
+        entering: read what `detect_inputs` finds, unless the caller states an importer or the switch for folders. Where a
             person has to choose, only whole systems of folders are read.
     """
     plugins, named = load_plugins(), [*paths]
@@ -131,8 +131,8 @@ def load_paths(
     loaded = Loaded(skipped=len(found.skipped), not_searched=not_searched, unsearched=unsearched)
     if entering and not reader and importer is None:
         _enter(named, found, loaded, plugins)
-    ways = loaded.ways
-    folders = whole | {file.path for file in ways.taken}
+    detected = loaded.detected
+    folders = whole | {file.path for file in detected.taken}
     opener = with_texts(texts) if texts else open_file
     done = count(1)
     given: dict[int, GivenSource] = {}
@@ -142,11 +142,11 @@ def load_paths(
             if file.path in whole:
                 given[position] = GivenSource(Source(file.path, b""), opener, reader)
                 continue
-            if same := ways.taken.get(file):
+            if same := detected.taken.get(file):
                 given[position] = _through(same, file.path, opener)
                 continue
-            if file.path in ways.refused and file.named:
-                results[position] = _refused(file.path, ways.refused[file.path])
+            if file.path in detected.refused and file.named:
+                results[position] = _refused(file.path, detected.refused[file.path])
                 continue
             source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer, texts)
             if source is not None:
@@ -159,29 +159,29 @@ def load_paths(
             results[position] = error
         step(next(done), len(found.files))
     loaded.folders = {each.source.name: each for each in given.values() if each.source.name in folders}
-    read = _read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
+    read = read_all([*given.values()], switches, step=lambda: step(next(done), len(found.files)))
     results |= zip(given, read, strict=True)
     _divide([_outcome(found.files[position], result) for position, result in sorted(results.items())], loaded)
     return loaded
 
 
-def _enter(paths: Sequence[str], found: Found, loaded: Loaded, plugins: Plugins) -> None:
+def _enter(paths: Sequence[str], found: FoundFiles, loaded: Loaded, plugins: Plugins) -> None:
     """Find entrances, and put what is read through them in the place of what is named."""
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
-    ways = loaded.ways = find_ways(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
-    entered = {way.path for same in ways.taken.values() for way in same}
+    detected = loaded.detected = detect_inputs(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
+    entered = {item.path for same in detected.taken.values() for item in same}
     kept = []
     for file in found.files:
-        part = _part(file, plugins) if file.folder in ways.narrowed else None
-        if part is not None and not ways.covers(file.path):
+        part = _part(file, plugins) if file.folder in detected.narrowed else None
+        if part is not None and not detected.covers(file.path):
             loaded.left.append((file, part))
         elif part is not None:
             loaded.covered.append(file)
         elif not (file.named and file.path in entered):
             kept.append(file)
-    ways.leave_open({file.folder for file, _ in loaded.left})
+    detected.leave_open({file.folder for file, _ in loaded.left})
     # Without the entrance, what is named beside it would be a system that nobody has.
-    found.files = [] if ways.open and any(each.named for each in kept) else [*ways.taken, *kept]
+    found.files = [] if detected.open and any(each.named for each in kept) else [*detected.taken, *kept]
 
 
 def _is_unclaimed(path: str, plugins: Plugins) -> bool:
@@ -196,9 +196,9 @@ def _refused(path: str, entrance: Entrance) -> InputError:
     return InputError([ProblemWithLines("CQ003", entrance.message, Place(path), "write", entrance.commands)])
 
 
-def _through(ways: Sequence[Way], folder: str, opener: Opener) -> GivenSource:
-    info = ways[0].importer
-    value = "\n".join(dict.fromkeys(way.entrance.value for way in ways))
+def _through(detected: Sequence[DetectedInput], folder: str, opener: Opener) -> GivenSource:
+    info = detected[0].importer
+    value = "\n".join(dict.fromkeys(item.entrance.value for item in detected))
     return GivenSource(Source(folder, b""), opener, info.name, None, {info.name: {info.folders_with: value}})
 
 
@@ -216,14 +216,14 @@ def _outcome(file: File, result: System | InputError) -> FileOutcome:
 
 
 def _files(
-    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[Patterns], reader: str
-) -> tuple[Found, set[str]]:
+    paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[IgnorePatterns], reader: str
+) -> tuple[FoundFiles, set[str]]:
     """Return what paths stand for, and the folders among them that the importer ``reader`` reads whole."""
     if not reader:
         return find_files(paths, plugins, importer, excluded), set()
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
     every = find_files(folders if len(folders) > 1 else (), plugins, importer, excluded)
-    whole = {*read_whole(folders, every, plugins.importers[reader], plugins)}
+    whole = {*folders_read_whole(folders, every, plugins.importers[reader], plugins)}
     found = find_files([path for path in paths if path not in whole], plugins, importer, excluded)
     found.files[:0] = [File(path) for path in paths if path in whole]
     return found, whole
@@ -231,7 +231,7 @@ def _files(
 
 def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
     """Add outcomes to what is loaded; files that others include are parts of those."""
-    parts = _parts({each.file.path: each.system for each in outcomes if each.system is not None})
+    parts = included_parts({each.file.path: each.system for each in outcomes if each.system is not None})
     for each in outcomes:
         whole = parts.get(os.path.realpath(each.file.path))
         if whole is None:
@@ -252,7 +252,7 @@ def _open(
     if not file.named:
         head = given or read_path(file.path, HEAD)
         claimed = (
-            _claims(plugins.importers[importer], head.name, head.data[:HEAD], plugins)
+            claims_source(plugins.importers[importer], head.name, head.data[:HEAD], plugins)
             if importer
             else recognise(head, plugins)
         )

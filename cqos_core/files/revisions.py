@@ -127,7 +127,7 @@ class RevisionLoader(NamedTuple):
             renamed(loaded.not_searched),
             {renamed(part): renamed(whole) for part, whole in loaded.parts.items()},
             renamed(loaded.unsearched),
-            loaded.ways.renamed(names),
+            loaded.detected.renamed(names),
             loaded.folders,
             [(renamed(file), info) for file, info in loaded.left],
         )

@@ -48,9 +48,9 @@ def read_source(
     plugins = load_plugins()
     info = recognise(source, plugins, importer, {*beside, *_given_protocols(protocol)})
     if info is None:
-        from cqos_core.files.unrecognised_files import unread
+        from cqos_core.files.unrecognised_files import unrecognised_problem
 
-        raise InputError([unread(source, plugins)])
+        raise InputError([unrecognised_problem(source, plugins)])
 
     def included(source: Source, protocols: frozenset[str]) -> System | None:
         found = recognise(source, plugins, None, {*protocols, *_given_protocols(protocol)})
@@ -90,14 +90,14 @@ def read_together(
     Of a source that another of them includes, the system is empty: it is read as part of that.
     """
     asked = [replace(each, importer=each.importer or importer, protocol=protocol) for each in given]
-    found = _read_all(asked, switches, others)
+    found = read_all(asked, switches, others)
     pairs = zip(given, found, strict=True)
-    parts = _parts({each.source.name: result for each, result in pairs if isinstance(result, System)})
+    parts = included_parts({each.source.name: result for each, result in pairs if isinstance(result, System)})
     names = [os.path.realpath(each.source.name) for each in given]
     return [System() if name in parts else result for name, result in zip(names, found, strict=True)]
 
 
-def _read_all(
+def read_all(
     given: Sequence[GivenSource],
     switches: Mapping[str, Mapping[str, str]] | None,
     others: Iterable[System] = (),
@@ -177,7 +177,7 @@ def with_own(
     return {**switches, **{name: {**switches.get(name, {}), **each} for name, each in own.items()}}
 
 
-def _parts(read: Mapping[str, System]) -> dict[str, str]:
+def included_parts(read: Mapping[str, System]) -> dict[str, str]:
     """Return the files that others include, each by its real path with one of those; ``read`` has systems by their paths."""
     return {
         included: path

@@ -29,7 +29,7 @@ class EditedText(NamedTuple):
     left: tuple[tuple[Edit, str], ...] = ()
 
 
-def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]) -> EditedText:
+def edited_text(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]) -> EditedText:
     """Apply edits to one source; layout and comments stay.
 
     Args:

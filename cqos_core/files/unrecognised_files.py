@@ -40,7 +40,7 @@ _CONFIGURATION: Final = ("cqos.toml", "pyproject.toml")
 _BEGIN: Final = f"a system file begins with `cqos: 1` and `protocol: …`; then write `{SMALLEST_SYSTEM}`"
 
 
-def unread(source: Source, plugins: Plugins) -> Problem:
+def unrecognised_problem(source: Source, plugins: Plugins) -> Problem:
     """Say what ``source``, which no importer claims, is as far as that is known, and which command or option takes it."""
     what, advice = _known(source, plugins) or (
         "no installed importer recognises this format",

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.files.export import judged, unique
+from cqos_core.files.export import export_input, unique_name
 from cqos_core.language.domains import Choice
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
@@ -23,7 +23,7 @@ from cqos_core.resolving.reader import spelled
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.files.export import ExportContext, Judged
+    from cqos_core.files.export import ExportContext, ExportEndpoint
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Settings
     from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, TeamRule, Topic
@@ -66,7 +66,7 @@ def with_shared_profiles(design: Design) -> Design:
     for key, endpoints in alike.items():
         if len(endpoints) >= _SHARING and len(key) >= _SHARED:
             number = sum(name.startswith("shared_") for name in taken) + 1
-            name = unique(f"shared_{number}", taken)
+            name = unique_name(f"shared_{number}", taken)
             profiles[name] = Profile(name, endpoints[0].settings)
             shared |= {endpoint.id: ProfileRef(name) for endpoint in endpoints}
     changed = [
@@ -151,7 +151,7 @@ class _Designer:
 
     def __init__(self, system: System, context: ExportContext) -> None:
         self.system = system
-        judgement = judged(system, context)
+        judgement = export_input(system, context)
         self.endpoints = judgement.endpoints
         self.idle = judgement.idle
         self.profiles = _Profiles(system)
@@ -183,7 +183,7 @@ class _Designer:
 
     # Endpoints
 
-    def _endpoint(self, each: Judged) -> Endpoint | None:
+    def _endpoint(self, each: ExportEndpoint) -> Endpoint | None:
         endpoint = each.endpoint
         if not endpoint.topic:
             self.notes[f"endpoint `{each.id}` names no topic, so there is no place for it"] = None
@@ -225,7 +225,7 @@ class _Designer:
         label = None if participant.label == participant.id else participant.label
         return replace(participant, template=None, protocol=protocol, label=label)
 
-    def _lay_over(self, each: Judged, spelling: _Spelling, settings: Settings) -> None:
+    def _lay_over(self, each: ExportEndpoint, spelling: _Spelling, settings: Settings) -> None:
         """Put what is laid over an endpoint into its own settings, and say where it comes from."""
         laid = _laid_over(each)
         for name, setting in spelling.translated(each.endpoint.overlay).items():
@@ -240,7 +240,7 @@ class _Designer:
             said = (f"{name} from {_origin(origin, setting)}" for name, (origin, setting) in laid.items())
             self.comments[each.id] = ", ".join(said)
 
-    def _topic_name(self, each: Judged, spelling: _Spelling) -> str:
+    def _topic_name(self, each: ExportEndpoint, spelling: _Spelling) -> str:
         """Return a name that means in a system file the topic that the endpoint is on."""
         written = each.endpoint.topic or ""
         if not spelling.foreign:
@@ -258,7 +258,7 @@ class _Designer:
         self.notes[f"endpoint `{each.id}`: `{written}` means another topic in a system file"] = None
         return written
 
-    def _keep_name(self, each: Judged, written: str) -> None:
+    def _keep_name(self, each: ExportEndpoint, written: str) -> None:
         self.kept_names |= {written, *(part.shown for part in each.parts)}
 
     # What speaks of topics by their names
@@ -289,14 +289,14 @@ class _Designer:
         return self.names.get(text, text)
 
 
-def _spelling(each: Judged) -> _Spelling:
+def _spelling(each: ExportEndpoint) -> _Spelling:
     if not each.parts:
         return _Spelling(None, None, each.endpoint.dialect)
     pack = each.parts[0].pack
     return _Spelling(pack, pack.dialects.get(each.endpoint.dialect), each.endpoint.dialect)
 
 
-def _laid_over(each: Judged) -> dict[str, tuple[str, Setting]]:
+def _laid_over(each: ExportEndpoint) -> dict[str, tuple[str, Setting]]:
     """Return policies whose value an overlay gives, alike for all that the endpoint stands for: overlay and value."""
     first, *others = map(_overlaid, each.parts) if each.parts else [{}]
     return {name: given for name, given in first.items() if all(other.get(name) == given for other in others)}
@@ -349,7 +349,7 @@ class _User(NamedTuple):
 _ANY_USER: Final = _User(PUBLISHER, "")
 
 
-def _user(each: Judged) -> _User:
+def _user(each: ExportEndpoint) -> _User:
     return _User(each.endpoint.role, each.parts[0].shown if each.parts else each.endpoint.topic or "")
 
 
@@ -409,8 +409,8 @@ class _Profiles:
     def _free(self, name: str, part: str | None, spelling: _Spelling, user: _User, *, first: bool) -> str:
         """Return a name for one way in which a profile reads; where roles take different parts, each has its own."""
         if self._takes_sides(name):
-            return unique(f"{name}-{user.role}", self.taken)
-        return name if first else unique(f"{name}-{part or spelling.name}", self.taken)
+            return unique_name(f"{name}-{user.role}", self.taken)
+        return name if first else unique_name(f"{name}-{part or spelling.name}", self.taken)
 
     def _takes_sides(self, name: str) -> bool:
         """Whether publishers and subscribers may take different parts of a profile."""

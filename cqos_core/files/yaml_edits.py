@@ -59,7 +59,7 @@ def insert(text: str, place: Place, settings: Mapping[str, str], *, typed: bool 
     if found is None:
         return None
     key, node = found
-    edited = _Edited(text)
+    edited = _YamlText(text)
     stated = edited.stated(settings, typed=typed)
     if isinstance(node, yaml.MappingNode):
         return edited.add(node, stated)
@@ -91,7 +91,7 @@ def state(text: str, place: Place, settings: Mapping[str, str]) -> Replacement |
         _, node = _found(changed, place) or (None, None)
         entries = node.value if isinstance(node, yaml.MappingNode) else ()
         there = [each for key, each in entries if key.value == name and isinstance(each, yaml.ScalarNode)]
-        made = _Edited(changed).replaced(there[-1], value) if there else insert(changed, place, {name: value})
+        made = _YamlText(changed).replaced(there[-1], value) if there else insert(changed, place, {name: value})
         if made is None:
             return None
         changed = changed[: made.start] + made.text + changed[made.end :]
@@ -107,7 +107,7 @@ def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Repla
         for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
             if _is_at(key, place.line - 1, place.column - 1):
                 head, dot, _ = key.value.rpartition(".")
-                edited = _Edited(text)
+                edited = _YamlText(text)
                 return edited.add(node, edited.stated({head + dot + name: value for name, value in settings.items()}))
     return None
 
@@ -116,7 +116,7 @@ def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Re
     """Replace a value at ``place``, a list in block form, or one field of the map there by the last part of its ``name``."""
     root = _root(text)
     nodes = [] if root is None or place.line is None or place.column is None else _entries(root)
-    edited = _Edited(text)
+    edited = _YamlText(text)
     for key, node in nodes:
         if not _is_at(node, (place.line or 1) - 1, (place.column or 1) - 1):
             continue
@@ -188,7 +188,7 @@ def _is_at(node: Any, line: int, column: int) -> bool:
     return bool(node.start_mark.line == line and node.start_mark.column == column)
 
 
-class _Edited:
+class _YamlText:
     """A text of YAML or JSON, with the parts of it that nodes are."""
 
     def __init__(self, text: str) -> None:

@@ -32,7 +32,7 @@ _LABEL = 50  # least cells for the label of a value
 
 def render_full(report: Report, style: Style) -> str:
     """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
-    said, paint = _Shown(), terminal.paint(color=style.color)
+    said, paint = _PrintedTexts(), terminal.paint(color=style.color)
     blocks: list[str] = []
     apart: list[str] = []  # of several systems, each with its verdict
     for one in report.parts or (report,):
@@ -62,12 +62,12 @@ def render_excerpt(place: Place, style: Style) -> str:
     excerpt = places.excerpt(place)
     if excerpt is None:
         return ""
-    page = _Page(style, places, max(2, len(str(excerpt.line))), _Shown())
+    page = _Page(style, places, max(2, len(str(excerpt.line))), _PrintedTexts())
     return "\n".join(page.excerpt(excerpt))
 
 
 @dataclass(slots=True)
-class _Shown:
+class _PrintedTexts:
     """What is read once in a run; below it, the code is reminder enough."""
 
     read: set[tuple[str, ...]] = field(default_factory=set)
@@ -83,9 +83,9 @@ def _end(report: Report, style: Style) -> Iterator[str]:
     """Yield what no check can see, and the verdict, or the total of several systems."""
     paint = terminal.paint(color=style.color)
     if style.losses:
-        from cqos_core.formatters.snapshot_changes import losses
+        from cqos_core.formatters.snapshot_changes import subscriber_losses
 
-        yield from losses(report)
+        yield from subscriber_losses(report)
     listed = "; ".join(report.not_checked)
     count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
     not_checked = [f"not checked: {listed if style.not_checked else count}"] if listed else []
@@ -96,17 +96,17 @@ def _end(report: Report, style: Style) -> Iterator[str]:
 
 def _gutter(findings: Iterable[Finding], places: Places) -> int:
     """Columns for line numbers: the same in the whole report, so that everything in it is aligned."""
-    stated = (place for finding in findings for side in finding.sides for _, place in pointed_at(side))
+    stated = (place for finding in findings for side in finding.sides for _, place in marked_places(side))
     lines = [places.exact(place).line for place in stated if place is not None]
     return max(2, *(len(str(line)) for line in lines if line is not None), 0)
 
 
-def pointed_at(side: Side) -> list[tuple[Fact | None, Place | None]]:
+def marked_places(side: Side) -> list[tuple[Fact | None, Place | None]]:
     """What to point at on one side: each value where it was stated, or only the side itself."""
-    return [(fact, fact.place or side.place) for fact in _pointed(side)] or [(None, side.place)]
+    return [(fact, fact.place or side.place) for fact in _marked_facts(side)] or [(None, side.place)]
 
 
-def _pointed(side: Side) -> tuple[Fact, ...]:
+def _marked_facts(side: Side) -> tuple[Fact, ...]:
     """The values to show with an excerpt: the stated ones, or else the defaults."""
     stated = tuple(fact for fact in side.facts if fact.origin != "default")
     return (stated or side.facts)[:_FACTS]
@@ -148,7 +148,7 @@ def _leftmost(excerpts: Iterable[Excerpt]) -> Excerpt:
 class _Page:
     """Draws findings; everything it is given passes `terminal.clean` before it is measured."""
 
-    def __init__(self, style: Style, places: Places, gutter: int, said: _Shown) -> None:
+    def __init__(self, style: Style, places: Places, gutter: int, said: _PrintedTexts) -> None:
         self._style = style
         self._said = said
         self._paint = terminal.paint(color=style.color)
@@ -195,7 +195,7 @@ class _Page:
         blocks: list[list[_Mark]] = []
         for number, side in enumerate(finding.sides):
             pen = _Pen("^", finding.severity) if number == 0 else _Pen("-", "frame")
-            for mark in (self._mark(side, pen, fact, place) for fact, place in pointed_at(side)):
+            for mark in (self._mark(side, pen, fact, place) for fact, place in marked_places(side)):
                 if blocks and self._in_one_view([*blocks[-1], mark]):
                     blocks[-1].append(mark)
                 else:
@@ -213,7 +213,7 @@ class _Page:
                     yield from self._rest(marks[0].side)
 
     def _rest(self, side: Side) -> Iterator[str]:
-        pointed = _pointed(side)
+        pointed = _marked_facts(side)
         if rest := [fact for fact in side.facts if fact not in pointed]:
             values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in rest)
             yield from self._paragraph("  =", "frame", f"also {values}")
@@ -223,7 +223,7 @@ class _Page:
         exact = None if place is None else self._places.exact(place)
         if fact is None:
             return _Mark(exact, "", side.label, "", excerpt, side, pen)
-        return _Mark(exact, fact.policy, *saying(side.label, fact, excerpt), excerpt, side, pen)
+        return _Mark(exact, fact.policy, *value_label(side.label, fact, excerpt), excerpt, side, pen)
 
     def _in_one_view(self, marks: Sequence[_Mark]) -> bool:
         """Whether all marks are on one line, and in one view of it where it is too long to be shown whole."""
@@ -263,7 +263,7 @@ class _Page:
             for start, length in spans:
                 underline = underline.ljust(start - before)
                 underline += alike[0].pen.underline * (start + length - before - len(underline))
-            for row in _sign(before, underline, terminal.clean(_about(alike, marks)), self._room):
+            for row in _underline_rows(before, underline, terminal.clean(_about(alike, marks)), self._room):
                 yield f"{bar} {' ' * (len(row) - len(row.lstrip()))}{self._paint(row.lstrip(), alike[0].pen.role)}"
 
 
@@ -299,7 +299,7 @@ def _about(row: Sequence[_Mark], marks: Sequence[_Mark]) -> str:
     return f"{mark.policy} {text}" if len({each.policy for each in marks}) > 1 and len(marks) > 1 else text
 
 
-def _sign(before: int, underline: str, about: str, room: int) -> list[str]:
+def _underline_rows(before: int, underline: str, about: str, room: int) -> list[str]:
     """Return the underline at its column with what it says behind it, or below it where it does not fit."""
     row = " " * before + underline
     if before + len(underline) + 1 + terminal.cells(about) <= room:
@@ -351,25 +351,25 @@ class _Line:
         return before, max(1, self._starts[last] - self._starts[first])
 
 
-def saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
+def value_label(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
     """What to write at a value: a label, and the value itself only where it cannot be read from what is underlined."""
     label = phrases.label(label, fact)
-    if excerpt is not None and _reads(excerpt, fact.value):
+    if excerpt is not None and _has_value(excerpt, fact.value):
         return ", ".join(part for part in (label, phrases.origin(fact)) if part), ""
     value = phrases.value(fact)
-    if excerpt is not None and _ZERO.search(_marked(excerpt)):
+    if excerpt is not None and _ZERO.search(_marked_text(excerpt)):
         value = f"`0` means {value}"
     return label, value
 
 
-def _marked(excerpt: Excerpt) -> str:
+def _marked_text(excerpt: Excerpt) -> str:
     start = excerpt.column - 1
     return excerpt.text[start : start + excerpt.width]
 
 
-def _reads(excerpt: Excerpt, value: str) -> bool:
+def _has_value(excerpt: Excerpt, value: str) -> bool:
     """Whether the underlined words are the value, or hold it as an attribute does."""
-    return re.search(rf"(?<![\w-]){re.escape(value)}(?![\w-])", _marked(excerpt)) is not None
+    return re.search(rf"(?<![\w-]){re.escape(value)}(?![\w-])", _marked_text(excerpt)) is not None
 
 
 def _notes(finding: Finding) -> Iterator[str]:

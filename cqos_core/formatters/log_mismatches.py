@@ -27,7 +27,7 @@ _MOST_PAIRS: Final = 10
 # Text
 
 
-def misfits_as_text(
+def mismatches_as_text(
     explained: Sequence[Explained], log: str, lines: int, system: System | None, report: Report, style: Style
 ) -> str:
     """Return for people what running programs say, topic by topic, with the pairs and rules that explain it."""
@@ -73,7 +73,7 @@ def _codes(each: Explained, publisher: str, subscriber: str) -> list[str]:
 # JSON
 
 
-def misfits_as_json(explained: Sequence[Explained], log: str, lines: int, report: Report, style: Style) -> str:
+def mismatches_as_json(explained: Sequence[Explained], log: str, lines: int, report: Report, style: Style) -> str:
     """Return for programs what running programs say, and what explains it."""
     return versioned(
         {

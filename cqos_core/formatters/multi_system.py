@@ -22,7 +22,7 @@ _UNUSED: Final = "CQ601"
 _ABOUT_CONFIGURATION: Final = frozenset({_UNUSED, "CQ602", "CQ603", "CQ604"})
 
 
-def said_once(reports: Sequence[Report], configurations: Sequence[Collection[str]]) -> list[Report]:
+def without_repetition(reports: Sequence[Report], configurations: Sequence[Collection[str]]) -> list[Report]:
     """Leave a finding about the files of a configuration in the first report only that has it.
 
     ``configurations`` are the files of that of each report. An exception that one of the systems needs is not unused,
@@ -54,7 +54,7 @@ def _key(finding: Finding, configuration: Collection[str]) -> tuple[str, str] | 
     return finding.code, f"{place} {finding.message}"
 
 
-def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Report:
+def combined_report(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Report:
     """Put reports of separate systems together as one; inputs that could not be read are findings of it.
 
     Its verdict is the worst, and never ``compatible`` where something was not read.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _VERBS: Final = {"publisher": "publishes", "subscriber": "subscribes"}
 
 
-def watched(look: Callable[[], System], context: Context, pause: Callable[[], object]) -> Iterator[str]:
+def watch_changes(look: Callable[[], System], context: Context, pause: Callable[[], object]) -> Iterator[str]:
     """Look at a system again and again; yield what is there at first, then what changed, each time with the time of day.
 
     Args:
@@ -33,7 +33,7 @@ def watched(look: Callable[[], System], context: Context, pause: Callable[[], ob
     before: set[str] | None = None
     ended: object = False
     while not ended:
-        now = set(facts(look(), context))
+        now = set(system_lines(look(), context))
         lines = [f"+ {each}" for each in sorted(now - (before or set()))]
         lines += [f"- {each}" for each in sorted((before or set()) - now)]
         if lines or before is None:
@@ -42,7 +42,7 @@ def watched(look: Callable[[], System], context: Context, pause: Callable[[], ob
         ended = pause()
 
 
-def facts(system: System, context: Context) -> Iterator[str]:
+def system_lines(system: System, context: Context) -> Iterator[str]:
     """Yield one line for each endpoint, each finding above a note, and each subscriber that loses publishers."""
     report = check_system(system, context)
     for each in system.endpoints:
@@ -52,10 +52,10 @@ def facts(system: System, context: Context) -> Iterator[str]:
     for finding in report.findings:
         if finding.severity != "note":
             yield clean(f"{finding.severity}[{finding.code}] {finding.message}")
-    yield from losses(report)
+    yield from subscriber_losses(report)
 
 
-def losses(report: Report) -> Iterator[str]:
+def subscriber_losses(report: Report) -> Iterator[str]:
     """Yield what each subscriber does not get, where a pair of it is incompatible: nothing, or not all publishers."""
     publishers: Counter[tuple[str, str]] = Counter()
     lost: Counter[tuple[str, str]] = Counter()

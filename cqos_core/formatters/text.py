@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.causes import causes, places_of, same_cause
-from cqos_core.formatters.full import pointed_at, render_excerpt
+from cqos_core.formatters.full import marked_places, render_excerpt
 from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
 from cqos_core.model.dataclass import dataclass
@@ -75,9 +75,9 @@ def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: b
     """Yield what is said above the verdict."""
     paint = terminal.paint(color=style.color)
     if style.losses:
-        from cqos_core.formatters.snapshot_changes import losses
+        from cqos_core.formatters.snapshot_changes import subscriber_losses
 
-        yield from losses(report)
+        yield from subscriber_losses(report)
     texts = [f"not checked: {'; '.join(report.not_checked)}"] if style.not_checked and report.not_checked else []
     texts += phrases.coverage(report) if style.coverage else ()
     texts += phrases.assumed(report) if found or report.parts else ()
@@ -186,18 +186,18 @@ class Page:
         lines: list[list[str]] = []
         seen = set()
         for side in finding.sides:
-            place = next((place for _, place in pointed_at(side) if place is not None), None)
+            place = next((place for _, place in marked_places(side) if place is not None), None)
             if place is None or place in seen:
                 continue
             seen.add(place)
             where = phrases.position(self._places.exact(place))
-            line = _short(f"{where}  {_said(side)}".rstrip(), self._style.width - 6)
+            line = _short(f"{where}  {_stated_values(side)}".rstrip(), self._style.width - 6)
             lines.append([f"  {self._paint(':::' if lines else '-->', 'frame')} {line}"])
         return (lines[0] if lines else []), (lines[1] if len(lines) > 1 else [])
 
     def _excerpt(self, finding: Finding) -> list[str]:
         """Return the line of a file at which a finding points, underlined."""
-        marks = [(side, place) for side in finding.sides for _, place in pointed_at(side) if place is not None]
+        marks = [(side, place) for side in finding.sides for _, place in marked_places(side) if place is not None]
         return render_excerpt(marks[0][1], self._style).splitlines() if marks else []
 
     def _written(self, fix: Remedy, finding: Finding) -> list[str]:
@@ -205,7 +205,7 @@ class Page:
         if self._rewritten >= _REWRITTEN:
             return []
         self._rewritten += 1
-        lines = [*rewritten(fix, self._style)]
+        lines = [*changed_lines(fix, self._style)]
         if not lines:
             return []
         first = lines[0]
@@ -278,7 +278,7 @@ def _common_folder(files: Collection[str]) -> str:
     return "".join(f"{names[0]}/" for names in takewhile(lambda names: len(set(names)) == 1, levels))
 
 
-class Written(NamedTuple):
+class ChangedLine(NamedTuple):
     """A line that a fix writes: its file, its number there, its text, and at which character the text differs."""
 
     source: str
@@ -287,7 +287,7 @@ class Written(NamedTuple):
     changed: int
 
 
-def rewritten(fix: Remedy, style: Style) -> Iterator[Written]:
+def changed_lines(fix: Remedy, style: Style) -> Iterator[ChangedLine]:
     """Yield the lines that a fix writes."""
     for source, made in style.replaced(fix.edits).items():
         before = decode(style.sources[source])
@@ -304,12 +304,12 @@ def rewritten(fix: Remedy, style: Style) -> Iterator[Written]:
                 if written not in old and written.strip():
                     before_it = old[min(number, len(old) - 1)].strip()
                     same = takewhile(lambda pair: pair[0] == pair[1], zip(written.strip(), before_it, strict=False))
-                    yield Written(source, line + number, written.strip(), sum(1 for _ in same))
+                    yield ChangedLine(source, line + number, written.strip(), sum(1 for _ in same))
 
 
-def _said(side: Side) -> str:
+def _stated_values(side: Side) -> str:
     """Return what a side states there: ``requested here: reliability reliable (preset default)``."""
-    facts = [fact for fact, _ in pointed_at(side) if fact is not None]
+    facts = [fact for fact, _ in marked_places(side) if fact is not None]
     if not facts:
         return side.name
     values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in facts)
@@ -324,7 +324,7 @@ def _cut(lines: list[str], most: int) -> list[str]:
 
 def _files(finding: Finding) -> set[str]:
     """Return the files at which a finding points first on each side."""
-    places = (place for side in finding.sides for _, place in pointed_at(side)[:1])
+    places = (place for side in finding.sides for _, place in marked_places(side)[:1])
     return {place.source for place in places if place is not None}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.behaviour.paths.budgets import budgets as budgets_of
+from cqos_core.behaviour.paths.budgets import budgets_of_system as budgets_of
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import DURATION
 from cqos_core.formatters.budgets import budgets_as_json, budgets_as_text

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from datetime import date
 
 
-class Remembered:
+class AnswerCache:
     """Answers by what was asked, the latest ones, bounded in number and bytes."""
 
     def __init__(self, most: int, most_bytes: int) -> None:

@@ -22,18 +22,18 @@ from google.protobuf import json_format
 from cqos_core.remote.asked import decode, decode_json
 from cqos_core.remote.refusal import Refused, session_lost, too_much
 from cqos_core.service import worker_frames
-from cqos_core.service.answer_cache import Remembered
+from cqos_core.service.answer_cache import AnswerCache
 from cqos_core.service.call_handlers import METHODS, PAIRS, answer, answer_of_stream, answer_to
-from cqos_core.service.caller_quotas import Caller, Callers, origin
-from cqos_core.service.log_lines import tell
+from cqos_core.service.caller_quotas import Caller, Callers, caller_address
+from cqos_core.service.log_lines import log_event
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
-from cqos_core.service.session_host import Sessions
+from cqos_core.service.session_host import SessionHost
 from cqos_core.service.settings import Settings, token_sum
-from cqos_core.service.worker_pool import Pool
-from cqos_core.service.worker_process import FailedError
+from cqos_core.service.worker_pool import WorkerPool
+from cqos_core.service.worker_process import CallFailedError
 
 if TYPE_CHECKING:
-    from cqos_core.service.telemetry import Observer
+    from cqos_core.service.telemetry import Telemetry
 
 
 _REMEMBERED_SIZE: Final = 64 * 1024
@@ -46,34 +46,34 @@ _BEARER: Final = "bearer "
 
 ENDS: Final = "the service ends"
 
-OTHERS: Final = "you have most of all calls under way, and others need the place"
+EVICTED: Final = "you have most of all calls under way, and others need the place"
 _REVISION: Final = re.compile(rb"\x08[\x80-\xff]{0,8}[\x00-\x7f]")
 """Field 1, a number; a longer one is left to the decoder."""
 
 
-class Calls:
+class CallDispatcher:
     """Answers calls."""
 
-    def __init__(self, settings: Settings, observer: Observer) -> None:
+    def __init__(self, settings: Settings, telemetry: Telemetry) -> None:
         """Answer within the limits of ``settings``."""
         self.settings = settings
         self.limits = settings.limits
-        self.observer = observer
-        self.pool = Pool(self.limits, self._worker_ended)
+        self.telemetry = telemetry
+        self.pool = WorkerPool(self.limits, self._worker_ended)
         self.draining = False
-        self.listening: set[Heard] = set()
+        self.listening: set[MessageStream] = set()
         self.leaving = False
         self._shares = {token: share for token, _, share in settings.quotas}
         self._names = {token: name for token, name, _ in settings.quotas if name}
-        self.callers = Callers(self.limits, observer.meter, self._shares)
-        self.sessions = Sessions(self.limits, self.callers.copies, self._worker_ended)
-        observer.meter.depth = lambda: self.pool.waiting
-        self.open = OpenSessions(self.sessions, self.callers, observer.meter, settings.tokens)
-        self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
+        self.callers = Callers(self.limits, telemetry.meter, self._shares)
+        self.sessions = SessionHost(self.limits, self.callers.copies, self._worker_ended)
+        telemetry.meter.depth = lambda: self.pool.waiting
+        self.open = OpenSessions(self.sessions, self.callers, telemetry.meter, settings.tokens)
+        self._answers = AnswerCache(_KEPT_ENTRIES, _KEPT_BYTES)
 
     def _worker_ended(self, why: str) -> None:
-        self.observer.meter.add("ended")
-        tell(logging.WARNING, "worker ended", why=why)
+        self.telemetry.meter.add("ended")
+        log_event(logging.WARNING, "worker ended", why=why)
 
     def warm(self) -> None:
         """Load every rule pack, so that no call has to wait for one."""
@@ -95,34 +95,36 @@ class Calls:
                 return found
         raise Refused("UNAUTHENTICATED", "a bearer token is needed, and this is none that is known")
 
-    def calling(self, metadata: Mapping[str, str], peer: str, certificate: str = "") -> AbstractContextManager[Caller]:
+    def count_call(
+        self, metadata: Mapping[str, str], peer: str, certificate: str = ""
+    ) -> AbstractContextManager[Caller]:
         """Let a caller in for one call, within its share of what there is.
 
         Raises:
             Refused: it has no token that is known, or too many calls under way.
         """
-        return self.callers.calling(self.admit(metadata) or certificate or origin(peer))
+        return self.callers.count_call(self.admit(metadata) or certificate or caller_address(peer))
 
-    def watching(self, peer: str) -> AbstractContextManager[None]:
+    def count_watch(self, peer: str) -> AbstractContextManager[None]:
         """Serve a health watch, apart from calls.
 
         Raises:
             Refused: there are too many who do.
         """
-        return self.callers.watching(origin(peer))
+        return self.callers.count_watch(caller_address(peer))
 
     def shown(self, caller: Caller) -> str:
         """Return what the log calls a caller: the name beside its token, else the beginning of the token's sum."""
         name = caller.name
         return self._names.get(name) or (f"token {name[:8]}" if name in self.settings.tokens else name)
 
-    def holding(self, caller: Caller) -> AbstractContextManager[Callable[[int], None]]:
+    def hold_request(self, caller: Caller) -> AbstractContextManager[Callable[[int], None]]:
         """Count the bytes of a request that comes in pieces; call what is yielded with the number that came.
 
         Raises:
             Refused: there are too many under way.
         """
-        return self.callers.holding(caller)
+        return self.callers.hold_request(caller)
 
     async def unary(
         self,
@@ -174,7 +176,7 @@ class Calls:
     def _held(self, caller: Caller, data: bytes) -> Iterator[None]:
         if len(data) > self.limits.message_bytes:
             raise too_much("request", f"it has {len(data)} bytes, this service takes {self.limits.message_bytes}")
-        with self.callers.holding(caller) as hold:
+        with self.callers.hold_request(caller) as hold:
             hold(len(data))
             yield
 
@@ -205,7 +207,7 @@ class Calls:
         Raises:
             Refused: something came that is no message, or nothing for too long.
         """
-        heard = Heard(self, caller, requests, _stream_ended)
+        heard = MessageStream(self, caller, requests, _stream_ended)
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
@@ -221,13 +223,13 @@ class Calls:
             Refused: there are too many sessions, or this one is lost.
             FailedError: a worker failed.
         """
-        heard = Heard(self, caller, requests, session_lost)
-        with self.callers.editing(caller):
+        heard = MessageStream(self, caller, requests, session_lost)
+        with self.callers.count_session(caller):
             data = await heard.next()
             if data is None:
                 return
             session = await self.sessions.begin(caller)
-            self.observer.meter.add("sessions")
+            self.telemetry.meter.add("sessions")
             try:
                 while data is not None:
                     with self._held(caller, data):
@@ -235,7 +237,7 @@ class Calls:
                     yield answered
                     data = await heard.next()
             finally:
-                self.observer.meter.add("sessions", more=-1)
+                self.telemetry.meter.add("sessions", more=-1)
                 # A caller that is gone keeps no place.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 
@@ -271,11 +273,11 @@ def _stream_ended(why: str) -> Refused:
     return Refused("ABORTED", f"the stream of pairs is ended: {why}; begin another one")
 
 
-class Heard:
+class MessageStream:
     """The messages of a stream, as long as the service runs and the caller sends any."""
 
     def __init__(
-        self, calls: Calls, caller: Caller, requests: AsyncIterator[bytes], ended: Callable[[str], Refused]
+        self, calls: CallDispatcher, caller: Caller, requests: AsyncIterator[bytes], ended: Callable[[str], Refused]
     ) -> None:
         """Listen to a caller; ``ended`` says why it is no longer heard."""
         self._calls = calls
@@ -301,7 +303,7 @@ class Heard:
         if self._calls.draining:
             asyncio.get_running_loop().call_soon(self.end, ENDS)
         try:
-            with self._calls.callers.waiting(self._caller, partial(self.end, OTHERS)):
+            with self._calls.callers.waiting_place(self._caller, partial(self.end, EVICTED)):
                 data = await anext(self._requests, None)
         except asyncio.CancelledError:
             if not self._why:
@@ -326,8 +328,8 @@ def _split(data: bytes) -> tuple[bytes, bytes]:
     return (b"", data) if revision is None else (revision[0], data[revision.end() :])
 
 
-def failure(error: BaseException, request_id: str) -> Refused:
+def internal_error(error: BaseException, request_id: str) -> Refused:
     """Return what a caller gets of an internal error; the log of the service has the rest."""
-    trace = str(error) if isinstance(error, FailedError) else "".join(traceback.format_exception(error))
-    tell(logging.ERROR, "internal error", request_id=request_id, traceback=trace)
+    trace = str(error) if isinstance(error, CallFailedError) else "".join(traceback.format_exception(error))
+    log_event(logging.ERROR, "internal error", request_id=request_id, traceback=trace)
     return Refused("INTERNAL", f"internal error; the service's log has it under request id {request_id}")

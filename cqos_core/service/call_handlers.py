@@ -27,7 +27,7 @@ from cqos_core.remote.documents import no_pack, read_documents, read_input, read
 from cqos_core.remote.messages import list_text, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
-from cqos_core.service.plans import repaired, suggested
+from cqos_core.service.plans import repair_documents, suggest_settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -67,10 +67,10 @@ def answer_to(method: str, request: Any, most_endpoints: int) -> bytes:
     Raises:
         Refused: it cannot be answered.
     """
-    return _answered(method, request, most_endpoints).SerializeToString()
+    return _answer_message(method, request, most_endpoints).SerializeToString()
 
 
-def _answered(method: str, request: Any, most_endpoints: int) -> Message:
+def _answer_message(method: str, request: Any, most_endpoints: int) -> Message:
     try:
         return METHODS[method].answer(request, most_endpoints)
     except RecursionError:
@@ -87,7 +87,7 @@ def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
         Refused: it cannot be answered.
     """
     request = decode_json(METHODS[method].request, data)
-    return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
+    return json_format.MessageToJson(_answer_message(method, request, most_endpoints), indent=None).encode()
 
 
 # --- the catalogue ---
@@ -147,17 +147,17 @@ def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.C
 def check_one_pair(request: check_pb2.CheckPairRequest, _most: int) -> check_pb2.CheckPairResponse:
     """Judge one offer against one request."""
     response = check_pb2.CheckPairResponse(revision=request.revision)
-    write_judged(response.report, request)
+    write_pair_report(response.report, request)
     return response
 
 
-def write_judged(message: report_pb2.PairReport, request: check_pb2.CheckPairRequest, path: str = "") -> None:
+def write_pair_report(message: report_pb2.PairReport, request: check_pb2.CheckPairRequest, path: str = "") -> None:
     """Judge the pair of a message, and write what it asks for."""
     paths = paths_of(request, report_pb2.PairReport, path)
-    write_pair(message, judge(request, path), paths)
+    write_pair(message, judge_pair_request(request, path), paths)
 
 
-def judge(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
+def judge_pair_request(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
     """Judge the pair of a message, whose fields stand at ``path``.
 
     Raises:
@@ -185,7 +185,7 @@ def answer_of_stream(data: bytes) -> bytes:
     request = decode(check_pb2.CheckPairsRequest, data)
     response = check_pb2.CheckPairsResponse(revision=request.pair.revision)
     try:
-        write_judged(response.report, request.pair, "pair.")
+        write_pair_report(response.report, request.pair, "pair.")
     except Refused as refused:
         response.refusal.CopyFrom(refusal_message(refused.fields))
     except RecursionError:
@@ -193,7 +193,7 @@ def answer_of_stream(data: bytes) -> bytes:
     return response.SerializeToString()
 
 
-def described(request: check_pb2.DescribeRequest, most: int) -> check_pb2.DescribeResponse:
+def describe_system(request: check_pb2.DescribeRequest, most: int) -> check_pb2.DescribeResponse:
     """Describe the endpoints of a system."""
     where, system = read_input(request, most)
     found = describe(system, replace(where, most_endpoints=most))
@@ -277,12 +277,12 @@ METHODS: Final[Mapping[str, Method]] = {
     "/cqos.v1.CheckService/CheckDocument": Method(check_pb2.CheckDocumentRequest, check_document, _always),
     "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model, _has_bridges),
     "/cqos.v1.CheckService/CheckPair": Method(check_pb2.CheckPairRequest, check_one_pair),
-    "/cqos.v1.CheckService/Describe": Method(check_pb2.DescribeRequest, described, _always),
+    "/cqos.v1.CheckService/Describe": Method(check_pb2.DescribeRequest, describe_system, _always),
     "/cqos.v1.CheckService/Explain": Method(check_pb2.ExplainRequest, explain, _always),
     "/cqos.v1.CheckService/Diff": Method(check_pb2.DiffRequest, compare_two, _always),
     "/cqos.v1.CheckService/Convert": Method(check_pb2.ConvertRequest, convert, _always),
-    "/cqos.v1.CheckService/Suggest": Method(check_pb2.SuggestRequest, suggested, _always),
-    "/cqos.v1.CheckService/Repair": Method(check_pb2.RepairRequest, repaired, _always),
+    "/cqos.v1.CheckService/Suggest": Method(check_pb2.SuggestRequest, suggest_settings, _always),
+    "/cqos.v1.CheckService/Repair": Method(check_pb2.RepairRequest, repair_documents, _always),
 }
 PAIRS: Final = "/cqos.v1.CheckService/CheckPairs"
 EDIT: Final = "/cqos.v1.SessionService/Edit"

@@ -32,7 +32,7 @@ _WATCHES_EACH: Final = 16
 _WATCHES: Final = 256
 
 
-class Budget:
+class TimeBudget:
     """Seconds of the serving process: a share of elapsed time, saved up to a limit."""
 
     def __init__(self, part: float, saved: float = _SAVED_SECONDS) -> None:
@@ -71,7 +71,7 @@ class Caller:
         self.name = name
         self.share = share
         self.turn = asyncio.Lock()
-        self.budget = Budget(_OWN_PART)
+        self.budget = TimeBudget(_OWN_PART)
         self.seen = time.monotonic()
         self.calls = self.bytes = self.sessions = self.watches = self.kept = self.going = 0
 
@@ -81,7 +81,7 @@ class Caller:
         return not (self.calls or self.watches or self.sessions)
 
 
-class Shared:
+class SharedBytes:
     """Bytes that callers have together, each up to its share; where there are too many, those of who has most go first."""
 
     def __init__(self, whole: int) -> None:
@@ -133,10 +133,10 @@ class Callers:
         self._shares = shares or {}
         self._held = self.calls = self.watches = self.kept = self._going = 0
         self._waiting: dict[Caller, dict[object, Callable[[], None]]] = {}
-        self.copies = Shared(limits.bytes_kept)
-        self._unread = Shared(limits.bytes_together)
+        self.copies = SharedBytes(limits.bytes_kept)
+        self._unread = SharedBytes(limits.bytes_together)
         self._known: dict[str, Caller] = {}
-        self._budget = Budget(_ALL_PARTS)
+        self._budget = TimeBudget(_ALL_PARTS)
 
     def _caller(self, name: str) -> Caller:
         """Return who has a name; those that have not called for a while are forgotten."""
@@ -168,7 +168,7 @@ class Callers:
             await asyncio.sleep(_SAVED_SECONDS)
 
     @contextmanager
-    def watching(self, name: str) -> Iterator[None]:
+    def count_watch(self, name: str) -> Iterator[None]:
         """Count a stream that watches health, which needs no token and takes no place of calls.
 
         Raises:
@@ -182,7 +182,7 @@ class Callers:
             yield
 
     @contextmanager
-    def calling(self, name: str) -> Iterator[Caller]:
+    def count_call(self, name: str) -> Iterator[Caller]:
         """Count a call.
 
         Raises:
@@ -217,7 +217,7 @@ class Callers:
         return True
 
     @contextmanager
-    def waiting(self, caller: Caller, give_way: Callable[[], None]) -> Iterator[None]:
+    def waiting_place(self, caller: Caller, give_way: Callable[[], None]) -> Iterator[None]:
         """Wait for a message of a caller: if others need its place, ``give_way`` is called, and the wait has to end."""
         mine = object()
         self._waiting.setdefault(caller, {})[mine] = give_way
@@ -232,7 +232,7 @@ class Callers:
                 del self._waiting[caller]
 
     @contextmanager
-    def unread(self, caller: Caller, size: int, drop: Callable[[], None]) -> Iterator[None]:
+    def hold_answer(self, caller: Caller, size: int, drop: Callable[[], None]) -> Iterator[None]:
         """Count the bytes of an answer until it is read; ``drop`` is called if others need the room.
 
         Raises:
@@ -249,7 +249,7 @@ class Callers:
             self._unread.forget(caller.name, key)
 
     @contextmanager
-    def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
+    def hold_request(self, caller: Caller) -> Iterator[Callable[[int], None]]:
         """Count the bytes of a request while it is under way: call what is yielded with how many have come.
 
         Raises:
@@ -287,7 +287,7 @@ class Callers:
             raise Refused("RESOURCE_EXHAUSTED", limit, reason=BUSY)
 
     @contextmanager
-    def editing(self, caller: Caller) -> Iterator[None]:
+    def count_session(self, caller: Caller) -> Iterator[None]:
         """Count a session.
 
         Raises:
@@ -303,7 +303,7 @@ class Callers:
             yield
 
     @contextmanager
-    def keeping(self, caller: Caller) -> Iterator[Callable[[int], None]]:
+    def hold_session(self, caller: Caller) -> Iterator[Callable[[int], None]]:
         """Count the bytes that a session of a caller holds between calls: call what is yielded with their new number.
 
         Raises:
@@ -346,7 +346,7 @@ def _part(whole: int, share: float) -> int:
 
 
 @lru_cache(maxsize=4_096)
-def origin(peer: str) -> str:
+def caller_address(peer: str) -> str:
     """Return what calls from one place have in common, of a peer as gRPC or HTTP tells it: ``ipv4:192.0.2.1:5000``.
 
     That is the address of a machine, of IPv6 its network; on this machine it is the connection, since all share an address.

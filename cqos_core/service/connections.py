@@ -52,7 +52,7 @@ class Connections:
     def __init__(self, limits: Limits) -> None:
         self.seconds = limits.seconds
         self.most = most_connections(limits)
-        self._open: dict[_Accepted, None] = {}
+        self._open: dict[_Connection, None] = {}
 
     @property
     def first_seconds(self) -> float:
@@ -60,7 +60,7 @@ class Connections:
         return min(self.seconds, _FIRST_SECONDS)
 
     async def accept(
-        self, listening: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None
+        self, listening: socket.socket, protocol: Callable[[], IdleTimeoutProtocol], context: ssl.SSLContext | None
     ) -> None:
         """Accept connections until this is cancelled, one in a turn of the loop."""
         loop = asyncio.get_running_loop()
@@ -70,20 +70,20 @@ class Connections:
             except OSError:  # it is gone already, or there is no descriptor for it until another one ends
                 await asyncio.sleep(_ACCEPTING_SECONDS)
                 continue
-            accepted = _Accepted(self)
+            accepted = _Connection(self)
             self._open[accepted] = None
             self._make_room(accepted)
             accepted.begin(opened, protocol, context)
             await asyncio.sleep(0)
 
-    def _make_room(self, newest: _Accepted) -> None:
+    def _make_room(self, newest: _Connection) -> None:
         """Where there are too many, end one that has had no request yet, else one that is idle, else the newest."""
         if len(self._open) > self.most:
             silent = (each for each in self._open if each.is_silent and each is not newest)
             idle = (each for each in self._open if each.is_idle and each is not newest)
             (next(silent, None) or next(idle, None) or newest).end()
 
-    def ended(self, accepted: _Accepted) -> None:
+    def ended(self, accepted: _Connection) -> None:
         """Forget a connection."""
         self._open.pop(accepted, None)
 
@@ -94,7 +94,7 @@ class Connections:
                 each.end()
 
 
-class _Accepted:
+class _Connection:
     """A connection from its acceptance on, also while its encryption is negotiated.
 
     Attributes:
@@ -106,7 +106,7 @@ class _Accepted:
         self._held = held
         self._ended = False
         self._task: asyncio.Task[Any] | None = None
-        self.protocol: Patient | None = None
+        self.protocol: IdleTimeoutProtocol | None = None
         self.until = asyncio.get_running_loop().time() + held.first_seconds
 
     @property
@@ -119,7 +119,9 @@ class _Accepted:
         """Whether no request is under way."""
         return self.protocol is None or self.protocol.is_idle
 
-    def begin(self, opened: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None) -> None:
+    def begin(
+        self, opened: socket.socket, protocol: Callable[[], IdleTimeoutProtocol], context: ssl.SSLContext | None
+    ) -> None:
         """Negotiate, and speak."""
         if self._ended:
             opened.close()
@@ -127,11 +129,11 @@ class _Accepted:
         self._task = asyncio.ensure_future(self._begun(opened, protocol, context))
 
     async def _begun(
-        self, opened: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None
+        self, opened: socket.socket, protocol: Callable[[], IdleTimeoutProtocol], context: ssl.SSLContext | None
     ) -> None:
         loop = asyncio.get_running_loop()
 
-        def speaking() -> Patient:
+        def speaking() -> IdleTimeoutProtocol:
             self.protocol = protocol()
             self.protocol.accepted = self
             return self.protocol
@@ -183,10 +185,10 @@ class _Parser(h11.Connection):
         return event
 
 
-class _Closing:
+class _ClosingTransport:
     """A transport that is closed so that the last answer arrives, and that does not wait for ever for it to be read."""
 
-    def __init__(self, transport: asyncio.Transport, connection: Patient) -> None:
+    def __init__(self, transport: asyncio.Transport, connection: IdleTimeoutProtocol) -> None:
         self._transport = transport
         self._connection = connection
 
@@ -200,7 +202,7 @@ class _Closing:
         return self._connection.finishing or self._transport.is_closing()
 
 
-class Patient(H11Protocol):
+class IdleTimeoutProtocol(H11Protocol):
     """HTTP/1.1 that ends connections that are idle, requests that do not come as a whole, and answers that nobody reads.
 
     Attributes:
@@ -209,7 +211,7 @@ class Patient(H11Protocol):
     """
 
     held: Connections
-    accepted: _Accepted
+    accepted: _Connection
     finishing = False
     _seen: Any = None
     _in_part = False
@@ -229,7 +231,7 @@ class Patient(H11Protocol):
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait for a request."""
-        closing: Any = _Closing(transport, self)
+        closing: Any = _ClosingTransport(transport, self)
         transport.set_write_buffer_limits(_PIECE)
         super().connection_made(closing)
         self._looking = self.loop.call_at(self.accepted.until, self._look)
@@ -335,6 +337,6 @@ class Patient(H11Protocol):
                 late.cancel()
 
 
-def patient(connections: Connections) -> type[Patient]:
+def idle_timeout_protocol(connections: Connections) -> type[IdleTimeoutProtocol]:
     """Return the protocol of the connections of one door."""
-    return type("Protocol", (Patient,), {"held": connections})
+    return type("Protocol", (IdleTimeoutProtocol,), {"held": connections})

@@ -41,7 +41,7 @@ class _Share(Generic[T]):
         return not self.waiting and not self.using
 
 
-class Turns(Generic[T]):
+class FairPool(Generic[T]):
     """Things that are used by one call at a time."""
 
     def __init__(

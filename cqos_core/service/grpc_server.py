@@ -19,20 +19,20 @@ from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused, fitted
-from cqos_core.service.call_dispatch import OTHERS, Heard, failure
+from cqos_core.service.call_dispatch import EVICTED, MessageStream, internal_error
 from cqos_core.service.call_handlers import EDIT, PAIRS
-from cqos_core.service.caller_quotas import origin
+from cqos_core.service.caller_quotas import caller_address
 from cqos_core.service.open_sessions import REQUESTS
-from cqos_core.service.settings import Files, joined, split_address
+from cqos_core.service.settings import CertificateFiles, address_text, split_address
 from cqos_core.service.telemetry import REQUEST_ID
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
-    from cqos_core.service.call_dispatch import Calls
+    from cqos_core.service.call_dispatch import CallDispatcher
     from cqos_core.service.caller_quotas import Caller
     from cqos_core.service.settings import Settings
-    from cqos_core.service.telemetry import Watch
+    from cqos_core.service.telemetry import CallRecord
 
 SERVICES: Final = tuple(
     file.DESCRIPTOR.services_by_name[name].full_name
@@ -58,10 +58,10 @@ _REFUSING_SECONDS: Final = 0.5
 """Before a caller hears that it has too much under way: one that asks again at once would take the time of others."""
 
 
-class NativeDoor:
-    """A gRPC server around `Calls`."""
+class GrpcServer:
+    """A gRPC server around `CallDispatcher`."""
 
-    def __init__(self, calls: Calls, settings: Settings) -> None:
+    def __init__(self, calls: CallDispatcher, settings: Settings) -> None:
         """Open the address.
 
         Raises:
@@ -107,14 +107,14 @@ class NativeDoor:
         host, port = split_address("--listen", settings.listen)
         try:
             if settings.encrypted:
-                opened = self._server.add_secure_port(joined(host, port), _credentials(settings))
+                opened = self._server.add_secure_port(address_text(host, port), _credentials(settings))
             else:
-                opened = self._server.add_insecure_port(joined(host, port))
+                opened = self._server.add_insecure_port(address_text(host, port))
         except RuntimeError:
             opened = 0
         if not opened:
             raise CqosError(f"cannot listen on {settings.listen}: it is in use, or not an address of this machine")
-        return joined(host, opened)
+        return address_text(host, opened)
 
     def _handlers(self, service: str) -> dict[str, Any]:
         """Handlers that take and give bytes: what is large is decoded where it is answered.
@@ -138,7 +138,7 @@ class NativeDoor:
     async def _one(self, method: str, _requests: Any, context: Any) -> bytes:
         """Answer a call of one message."""
         async with self._watched(method, context) as (watch, caller):
-            waiting = partial(self._calls.callers.waiting, caller)
+            waiting = partial(self._calls.callers.waiting_place, caller)
             data = await _only_message(context, self._calls.limits.seconds, waiting)
             watch.size = len(data)
             answered = await self._calls.unary(caller, method, data, context.time_remaining())
@@ -159,12 +159,12 @@ class NativeDoor:
                 yield answered
 
     @asynccontextmanager
-    async def _watched(self, method: str, context: Any) -> AsyncIterator[tuple[Watch, Caller]]:
+    async def _watched(self, method: str, context: Any) -> AsyncIterator[tuple[CallRecord, Caller]]:
         """Let the caller in, and tell how its call ends."""
         calls, metadata, peer = self._calls, _metadata(context), context.peer()
-        watch = calls.observer.begin(method, metadata, peer)
+        watch = calls.telemetry.begin(method, metadata, peer)
         try:
-            with calls.calling(metadata, peer, self._certificate(context)) as caller:
+            with calls.count_call(metadata, peer, self._certificate(context)) as caller:
                 watch.caller = calls.shown(caller)
                 yield watch, caller
         except Refused as refused:
@@ -175,7 +175,7 @@ class NativeDoor:
             watch.end("CANCELLED")
             raise
         except Exception as error:
-            ours = failure(error, watch.request_id)
+            ours = internal_error(error, watch.request_id)
             watch.end(ours.code)
             await _abort(context, ours, watch.request_id)
             raise
@@ -214,10 +214,10 @@ class NativeDoor:
     async def _health_watched(self, _requests: Any, context: Any) -> AsyncIterator[bytes]:
         """Say how it is whenever that changes: to so many at a time."""
         try:
-            with self._calls.callers.watching(origin(context.peer())):
+            with self._calls.callers.count_watch(caller_address(context.peer())):
                 request = health_pb2.HealthCheckRequest.FromString(await _only_message(context, _HEALTH_SECONDS))
                 watched: asyncio.Queue[bytes] = asyncio.Queue()
-                written: Any = _Written(context, watched)
+                written: Any = _QueueContext(context, watched)
                 task = asyncio.ensure_future(self.health.Watch(request, written))
                 try:
                     while True:
@@ -242,7 +242,7 @@ class NativeDoor:
             await _abort(context, refused, request_id)
 
 
-class _Written:
+class _QueueContext:
     """The context of a call whose answers are taken from a queue."""
 
     def __init__(self, context: Any, answers: asyncio.Queue[bytes]) -> None:
@@ -256,13 +256,13 @@ class _Written:
         self._answers.put_nowait(message.SerializeToString())
 
 
-def _alone(_give_way: Callable[[], None]) -> AbstractContextManager[None]:
+def _in_own_place(_give_way: Callable[[], None]) -> AbstractContextManager[None]:
     """Wait in a place that nobody else needs."""
     return nullcontext()
 
 
 async def _only_message(
-    context: Any, seconds: float, waiting: Callable[[Callable[[], None]], AbstractContextManager[None]] = _alone
+    context: Any, seconds: float, waiting: Callable[[Callable[[], None]], AbstractContextManager[None]] = _in_own_place
 ) -> bytes:
     """Wait for the message of a call.
 
@@ -279,7 +279,7 @@ async def _only_message(
     too_late = Refused("DEADLINE_EXCEEDED", f"the request did not come within {seconds:g} seconds")
     late = loop.call_later(seconds, end, too_late)  # `asyncio.wait_for` takes another task
     try:
-        with waiting(lambda: end(Refused("RESOURCE_EXHAUSTED", f"the call is ended: {OTHERS}", reason=CALLER_QUOTA))):
+        with waiting(lambda: end(Refused("RESOURCE_EXHAUSTED", f"the call is ended: {EVICTED}", reason=CALLER_QUOTA))):
             data = await context.read()
     except asyncio.CancelledError:
         if context.cancelled() or not ended:
@@ -295,7 +295,7 @@ async def _only_message(
 class _Reflection(reflection.aio.ReflectionServicer):
     """Says what there is."""
 
-    def __init__(self, calls: Calls, names: list[str]) -> None:
+    def __init__(self, calls: CallDispatcher, names: list[str]) -> None:
         super().__init__(names)
         self._calls = calls
 
@@ -305,7 +305,7 @@ class _Reflection(reflection.aio.ReflectionServicer):
         Raises:
             Refused: something came that is no message, or nothing for too long.
         """
-        heard = Heard(self._calls, caller, requests, _reflection_ended)
+        heard = MessageStream(self._calls, caller, requests, _reflection_ended)
         while (data := await heard.next()) is not None:
             request = decode(reflection_pb2.ServerReflectionRequest, data)
             await self._calls.callers.time_for(caller)
@@ -344,7 +344,7 @@ async def _abort(context: Any, refused: Refused, request_id: str) -> None:
 
 def _credentials(settings: Settings) -> grpc.ServerCredentials:
     """Return credentials that take new certificates from their files, for connections from then on."""
-    files = Files(settings)
+    files = CertificateFiles(settings)
 
     def configuration() -> Any:
         authority = None if settings.client_authority is None else content(settings.client_authority)

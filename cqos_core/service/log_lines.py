@@ -89,6 +89,6 @@ def start_logging(level: str, form: str) -> None:
         logger.propagate = False
 
 
-def tell(level: int, event: str, **fields: object) -> None:
+def log_event(level: int, event: str, **fields: object) -> None:
     """Log an event with what belongs to it."""
     log.log(level, event, extra={"fields": fields})

@@ -13,14 +13,14 @@ from cqos.v1 import session_pb2
 from cqos_core.remote.asked import decode
 from cqos_core.remote.refusal import SESSION_ELSEWHERE, Refused, no_session
 from cqos_core.service.call_handlers import METHODS
-from cqos_core.service.log_lines import tell
-from cqos_core.service.worker_process import FailedError, LostError, SessionGoneError
+from cqos_core.service.log_lines import log_event
+from cqos_core.service.worker_process import CallFailedError, SessionLostError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container, Coroutine, Mapping
 
     from cqos_core.service.caller_quotas import Caller, Callers
-    from cqos_core.service.session_host import HostedModel, Sessions
+    from cqos_core.service.session_host import HostedModel, SessionHost
     from cqos_core.service.telemetry import Meter
 
 _CALL: Final = "/cqos.v1.SessionService/"
@@ -38,7 +38,7 @@ _NAME_BYTES: Final = 18
 _SHOWN: Final = 60
 
 
-class _OpenedSession:
+class _OpenSession:
     """One open session.
 
     Attributes:
@@ -58,11 +58,11 @@ class _OpenedSession:
 class OpenSessions:
     """Sessions by their names. A name tells the process that has it, and cannot be guessed."""
 
-    def __init__(self, house: Sessions, callers: Callers, meter: Meter, tokens: Container[str]) -> None:
+    def __init__(self, house: SessionHost, callers: Callers, meter: Meter, tokens: Container[str]) -> None:
         """Keep sessions in the processes of ``house``; those of a caller with one of the ``tokens`` are its own."""
         self._house, self._callers, self._meter, self._tokens = house, callers, meter, tokens
         self._process = secrets.token_hex(4)
-        self._open: dict[str, _OpenedSession] = {}
+        self._open: dict[str, _OpenSession] = {}
         self._running: set[asyncio.Task[Any]] = set()
 
     async def answer(self, caller: Caller, method: str, data: bytes, seconds: float) -> bytes:
@@ -79,15 +79,15 @@ class OpenSessions:
     async def _opened(self, caller: Caller, request: Any, data: bytes, seconds: float) -> bytes:
         name = f"{self._process}.{secrets.token_urlsafe(_NAME_BYTES)}"
         with ExitStack() as held:
-            held.enter_context(self._callers.editing(caller))
-            keep = held.enter_context(self._callers.keeping(caller))
+            held.enter_context(self._callers.count_session(caller))
+            keep = held.enter_context(self._callers.hold_session(caller))
             sizes = _sizes_of(request.documents) if request.HasField("documents") else {"": len(data)}
             keep(sum(sizes.values()))
-            found = _OpenedSession(self._house.begin_model(caller.name), caller.name, keep, sizes)
+            found = _OpenSession(self._house.begin_model(caller.name), caller.name, keep, sizes)
             try:
                 answered = await found.model.open(data, seconds)
             except BaseException:
-                self._later(_given_back(found.model, held.pop_all()))
+                self._later(_close_and_release(found.model, held.pop_all()))
                 raise
             found.held = held.pop_all()
         self._open[name] = found
@@ -113,7 +113,7 @@ class OpenSessions:
             raise Refused("DEADLINE_EXCEEDED", f"there is no answer: it took more than {seconds:g} seconds{more}")
         return task.result()
 
-    async def _done(self, found: _OpenedSession, request: Any, data: bytes, begun: asyncio.Event) -> bytes:
+    async def _done(self, found: _OpenSession, request: Any, data: bytes, begun: asyncio.Event) -> bytes:
         async with found.turn:
             begun.set()
             if self._open.get(request.session) is not found:
@@ -123,7 +123,7 @@ class OpenSessions:
             found.keep(sum(sizes.values()))
             try:
                 answered = await found.model.edit(data)
-            except SessionGoneError as error:
+            except SessionLostError as error:
                 await self._close(request.session)
                 raise no_session(str(error)) from None
             if session_pb2.EditSessionResponse.FromString(answered).HasField("refusal"):
@@ -144,9 +144,9 @@ class OpenSessions:
         self._running.discard(task)
         error = None if task.cancelled() else task.exception()
         # A refusal, or a process that ended, would have been the answer; anything else is a defect of ours.
-        if error is not None and not isinstance(error, (Refused, LostError, SessionGoneError)):
-            trace = str(error) if isinstance(error, FailedError) else "".join(traceback.format_exception(error))
-            tell(logging.ERROR, "internal error", traceback=trace)
+        if error is not None and not isinstance(error, (Refused, WorkerLostError, SessionLostError)):
+            trace = str(error) if isinstance(error, CallFailedError) else "".join(traceback.format_exception(error))
+            log_event(logging.ERROR, "internal error", traceback=trace)
 
     async def _closed(self, caller: Caller, request: Any, _data: bytes, _seconds: float) -> bytes:
         found = self._open.get(request.session)
@@ -156,7 +156,7 @@ class OpenSessions:
             self._find(request.session, caller)
         return session_pb2.CloseSessionResponse(revision=request.revision).SerializeToString()
 
-    def _find(self, name: str, caller: Caller) -> _OpenedSession:
+    def _find(self, name: str, caller: Caller) -> _OpenSession:
         found = self._open.get(name)
         if found is not None and self._may_use(found, caller):
             return found
@@ -165,11 +165,11 @@ class OpenSessions:
         why = f"this process has no session `{name[:_SHOWN]}`" if name else "the name of a session is needed"
         raise no_session(why, SESSION_ELSEWHERE)
 
-    def _may_use(self, found: _OpenedSession, caller: Caller) -> bool:
+    def _may_use(self, found: _OpenSession, caller: Caller) -> bool:
         """Whether a session is the caller's: by its token where there are any, else by knowing its name."""
         return found.owner == caller.name or found.owner not in self._tokens
 
-    def _wait(self, name: str, found: _OpenedSession) -> None:
+    def _wait(self, name: str, found: _OpenSession) -> None:
         """Close it when nothing is heard of it for too long."""
         if found.ending is not None:
             found.ending.cancel()
@@ -188,7 +188,7 @@ class OpenSessions:
             await found.model.close()
 
 
-async def _given_back(model: HostedModel, held: ExitStack) -> None:
+async def _close_and_release(model: HostedModel, held: ExitStack) -> None:
     """Give back what an abandoned session has of its caller's share, when its process no longer works for it."""
     with held:
         await model.close()

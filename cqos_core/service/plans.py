@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
 
 
-def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.SuggestResponse:
+def suggest_settings(request: check_pb2.SuggestRequest, most: int) -> check_pb2.SuggestResponse:
     """Find the weakest settings that meet the requirements of documents.
 
     Raises:
@@ -29,11 +29,11 @@ def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.Suggest
     """
     from cqos_core.analysis.planning.suggestion import find_suggestion
 
-    plan = _planned(request.documents, most, find_suggestion)
+    plan = _make_plan(request.documents, most, find_suggestion)
     return check_pb2.SuggestResponse(revision=request.revision, plan=plan)
 
 
-def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairResponse:
+def repair_documents(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairResponse:
     """Find the smallest repair of documents.
 
     Raises:
@@ -42,10 +42,10 @@ def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairRes
     from cqos_core.analysis.planning.search import find_repair
 
     make = partial(find_repair, keep=tuple(request.keep), decide=request.decide)
-    return check_pb2.RepairResponse(revision=request.revision, plan=_planned(request.documents, most, make))
+    return check_pb2.RepairResponse(revision=request.revision, plan=_make_plan(request.documents, most, make))
 
 
-def _planned(documents: check_pb2.Documents, most: int, make: Callable[..., RepairPlan]) -> plan_pb2.Plan:
+def _make_plan(documents: check_pb2.Documents, most: int, make: Callable[..., RepairPlan]) -> plan_pb2.Plan:
     """Read documents and make a plan for them.
 
     Raises:

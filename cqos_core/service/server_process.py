@@ -20,9 +20,9 @@ from typing import Any, Final
 
 from cqos_core.model.memory import collect_new_objects_only
 from cqos_core.model.problems import CqosError
-from cqos_core.service.log_lines import ALWAYS, start_logging, tell
-from cqos_core.service.settings import Settings, joined, split_address
-from cqos_core.service.telemetry import Observer, end_tracing
+from cqos_core.service.log_lines import ALWAYS, log_event, start_logging
+from cqos_core.service.settings import Settings, address_text, split_address
+from cqos_core.service.telemetry import Telemetry, end_tracing
 
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
 _STOPPING: Final = (signal.SIGTERM, signal.SIGINT)
@@ -54,17 +54,17 @@ async def serve_here(
     Log when it begins and ends, unless ``started`` is there to call with the addresses.
     """
     # gRPC is slow to import, and help needs none of it.
-    from cqos_core.service.call_dispatch import Calls
-    from cqos_core.service.grpc_server import NativeDoor
+    from cqos_core.service.call_dispatch import CallDispatcher
+    from cqos_core.service.grpc_server import GrpcServer
 
-    calls = Calls(settings, Observer(settings))
+    calls = CallDispatcher(settings, Telemetry(settings))
     ending = ending or asyncio.Event()
     level = ALWAYS if started is None else logging.INFO
     loop = asyncio.get_running_loop()
     for each in _STOPPING:
         with suppress(NotImplementedError):  # Windows
             loop.add_signal_handler(each, ending.set)
-    native = NativeDoor(calls, settings)
+    native = GrpcServer(calls, settings)
     addresses = {"grpc": native.address}
     web: Any = None
     stack = ExitStack()
@@ -80,15 +80,15 @@ async def serve_here(
         await native.start()
         if web is not None:
             await web.start()
-        tell(level, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
+        log_event(level, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
         if settings.tokens and not settings.encrypted:
-            tell(logging.WARNING, "others on the network can read tokens without TLS")
+            log_event(logging.WARNING, "others on the network can read tokens without TLS")
         if started is not None:
             started(addresses)
         # The page opens a session at once; others may never do.
         _warming = asyncio.ensure_future(calls.sessions.warm()) if settings.modeler else None
         await ending.wait()
-        tell(level, "draining", leaving=settings.leaving, grace=settings.grace)
+        log_event(level, "draining", leaving=settings.leaving, grace=settings.grace)
         # Who asks for health goes elsewhere; what is on its way here is still answered.
         calls.leaving = True
         await native.leave()
@@ -100,18 +100,18 @@ async def serve_here(
         stack.close()
         if settings.tracing:
             end_tracing()
-    tell(level, "stopped")
+    log_event(level, "stopped")
 
 
 def _web_door(calls: Any, settings: Settings) -> Any:
     try:
-        from cqos_core.service.web_server import WebDoor
+        from cqos_core.service.web_server import WebServer
     except ImportError as error:
         from cqos_core.model.features import missing
 
         what = "the modeler" if settings.modeler else "--web"
         raise missing("web", f"{what} needs a web server, which is not installed ({error})") from None
-    return WebDoor(calls, settings)
+    return WebServer(calls, settings)
 
 
 @contextmanager
@@ -132,7 +132,7 @@ def _serving_metrics(address: str) -> Iterator[str]:
         raise CqosError(f"cannot listen on {address}: {error.strerror}") from None
 
     try:
-        yield joined(host, server.server_port)
+        yield address_text(host, server.server_port)
     finally:
         server.shutdown()
         server.server_close()
@@ -166,7 +166,7 @@ def _held(stack: ExitStack, address: str) -> str:
         held.bind(target)
     except OSError as error:
         raise CqosError(f"cannot listen on {address}: {error.strerror}") from None
-    return joined(host, held.getsockname()[1])
+    return address_text(host, held.getsockname()[1])
 
 
 async def _keep_running(settings: Settings) -> None:
@@ -174,9 +174,9 @@ async def _keep_running(settings: Settings) -> None:
     for each in _STOPPING:
         asyncio.get_running_loop().add_signal_handler(each, ending.set)
     addresses = {"grpc": settings.listen, "web": settings.web, "metrics": settings.metrics}
-    tell(ALWAYS, "starting", **addresses, processes=settings.processes)
+    log_event(ALWAYS, "starting", **addresses, processes=settings.processes)
     unable = await asyncio.gather(*(_keep_one(settings, ending) for _ in range(settings.processes)))
-    tell(ALWAYS, "stopped all")
+    log_event(ALWAYS, "stopped all")
     if any(unable):
         raise CqosError("a process cannot follow the settings; it has said why")
 
@@ -198,7 +198,7 @@ async def _keep_one(settings: Settings, ending: asyncio.Event) -> bool:
             ending.set()
             return True
         if ended.done() and not ending.is_set():
-            tell(logging.ERROR, "process died", pid=child.pid, exit_code=ended.result())
+            log_event(logging.ERROR, "process died", pid=child.pid, exit_code=ended.result())
             _forget_metrics(child.pid)
             pause = 0.0 if time.monotonic() - began > 10 else min(pause * 2 + 0.2, 10)  # noqa: PLR2004 - seconds
             await asyncio.wait({waiting}, timeout=pause)
@@ -236,7 +236,7 @@ def main() -> None:
     try:
         asyncio.run(_serve_while_held(settings))
     except CqosError as error:
-        tell(logging.ERROR, "cannot serve", why=str(error))
+        log_event(logging.ERROR, "cannot serve", why=str(error))
         sys.exit(_UNABLE)
 
 

@@ -9,14 +9,21 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.remote.refusal import BUSY, Refused, session_lost
 from cqos_core.service import worker_frames
-from cqos_core.service.fair_scheduler import Turns
+from cqos_core.service.fair_scheduler import FairPool
 from cqos_core.service.model_copies import ModelCopy
-from cqos_core.service.worker_process import DiedError, FailedError, LostError, Process, SessionGoneError, SpentError
+from cqos_core.service.worker_process import (
+    CallFailedError,
+    SessionLostError,
+    WorkerDiedError,
+    WorkerLostError,
+    WorkerMemoryError,
+    WorkerProcess,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Coroutine
 
-    from cqos_core.service.caller_quotas import Caller, Shared
+    from cqos_core.service.caller_quotas import Caller, SharedBytes
     from cqos_core.service.settings import Limits
 
 
@@ -44,7 +51,7 @@ async def _within(seconds: float, answer: Coroutine[Any, Any, bytes]) -> bytes:
     return task.result()
 
 
-class _Home:
+class _SessionProcess:
     """A process that sessions live in.
 
     Attributes:
@@ -53,25 +60,25 @@ class _Home:
     """
 
     def __init__(self, limits: Limits) -> None:
-        self.process = Process(limits)
-        self.turns = Turns([self.process], Process.start)
+        self.process = WorkerProcess(limits)
+        self.turns = FairPool([self.process], WorkerProcess.start)
         self.sessions: dict[int, str] = {}
         self.guests: dict[int, str] = {}
 
 
-class Sessions:
+class SessionHost:
     """Sessions and the processes that they live in.
 
     The messages of each are kept within limits, so that a session whose process ended, or is kept busy by another caller,
     goes on in another one.
     """
 
-    def __init__(self, limits: Limits, copies: Shared, lost: Callable[[str], None] = lambda _why: None) -> None:
+    def __init__(self, limits: Limits, copies: SharedBytes, lost: Callable[[str], None] = lambda _why: None) -> None:
         """Keep as many as the limits allow, and of their messages what ``copies`` has room for."""
         self.limits = limits
         self.copies = copies
         self.lost = lost
-        self._homes = [_Home(limits) for _ in range(limits.session_workers)]
+        self._homes = [_SessionProcess(limits) for _ in range(limits.session_workers)]
         self._next = itertools.count(1)
         self._open = 0
         self._leaving: set[asyncio.Task[None]] = set()
@@ -108,7 +115,7 @@ class Sessions:
         """Note that a session is closed."""
         self._open -= 1
 
-    def home_for(self, caller: str, number: int, before: _Home | None = None) -> _Home:
+    def home_for(self, caller: str, number: int, before: _SessionProcess | None = None) -> _SessionProcess:
         """Let a session live in another process than before, that with the fewest; one caller has all but one at most."""
         if before is not None:
             before.guests.pop(number, None)
@@ -121,7 +128,7 @@ class Sessions:
         home.guests[number] = caller
         return home
 
-    def move(self, before: _Home, caller: str, number: int) -> _Home:
+    def move(self, before: _SessionProcess, caller: str, number: int) -> _SessionProcess:
         """Let a session live in a process that is less busy, and close it in the one before when that has time."""
         home = self.home_for(caller, number, before)
         if home is not before and before.sessions.pop(number, None) is not None:
@@ -130,10 +137,10 @@ class Sessions:
             leaving.add_done_callback(self._leaving.discard)
         return home
 
-    async def leave(self, home: _Home, caller: str, number: int) -> None:
+    async def leave(self, home: _SessionProcess, caller: str, number: int) -> None:
         """Close a session in a process."""
         frame = worker_frames.Frame(worker_frames.CLOSE_SESSION, number, b"")
-        with suppress(LostError, FailedError, Refused):  # a process that ended has no session any more
+        with suppress(WorkerLostError, CallFailedError, Refused):  # a process that ended has no session any more
             await home.turns.use(caller, lambda process: process.call(frame, self.limits.seconds))
 
     async def close(self) -> None:
@@ -144,7 +151,7 @@ class Sessions:
 class HostedModel:
     """A session in a worker process. Its documents are kept, so that it goes on in another process as a stream does."""
 
-    def __init__(self, house: Sessions, number: int, caller: str) -> None:
+    def __init__(self, house: SessionHost, number: int, caller: str) -> None:
         """Live in one of the processes of ``house``."""
         self._house, self._number, self._caller = house, number, caller
         self._home = house.home_for(caller, number)
@@ -159,13 +166,13 @@ class HostedModel:
             FailedError: that failed.
         """
 
-        async def opened(process: Process) -> bytes:
+        async def opened(process: WorkerProcess) -> bytes:
             self._opening = True
             try:
                 answered = await process.call(
                     worker_frames.Frame(worker_frames.OPEN_MODEL, self._number, data), self._house.limits.seconds
                 )
-            except LostError as error:
+            except WorkerLostError as error:
                 self._lost(self._home, error)
                 raise
             finally:
@@ -178,7 +185,7 @@ class HostedModel:
 
         try:
             return await _within(seconds, self._home.turns.use(self._caller, opened))
-        except LostError as error:
+        except WorkerLostError as error:
             raise error.refused from None
 
     async def edit(self, data: bytes) -> bytes:
@@ -190,8 +197,8 @@ class HostedModel:
         """
         try:
             return await self._somewhere(data)
-        except LostError as error:
-            raise SessionGoneError(f"the session is lost: {error}") from None
+        except WorkerLostError as error:
+            raise SessionLostError(f"the session is lost: {error}") from None
 
     async def _somewhere(self, data: bytes) -> bytes:
         """Let the process of the session answer; where that is busy or dies, another one, once."""
@@ -199,7 +206,7 @@ class HostedModel:
             return await self._answered(data, _PATIENCE_SECONDS)
         except asyncio.TimeoutError:
             self._home = self._house.move(self._home, self._caller, self._number)
-        except DiedError:
+        except WorkerDiedError:
             pass
         return await self._answered(data, None)
 
@@ -207,7 +214,7 @@ class HostedModel:
         home = self._home
         return await home.turns.use(self._caller, lambda process: self._edited(home, process, data), patience)
 
-    async def _edited(self, home: _Home, process: Process, data: bytes) -> bytes:
+    async def _edited(self, home: _SessionProcess, process: WorkerProcess, data: bytes) -> bytes:
         copy, seconds = self._copy, self._house.limits.seconds
         assert copy is not None  # noqa: S101 - it is open
         try:
@@ -216,21 +223,21 @@ class HostedModel:
                     await process.call(worker_frames.Frame(kind, self._number, message), seconds)
                 home.sessions[self._number] = self._caller
             answered = await process.call(worker_frames.Frame(worker_frames.EDIT_SESSION, self._number, data), seconds)
-        except LostError as error:
+        except WorkerLostError as error:
             self._lost(home, error)
             raise
         copy.follow(data, answered)
         return answered
 
-    def _lost(self, home: _Home, error: LostError) -> None:
+    def _lost(self, home: _SessionProcess, error: WorkerLostError) -> None:
         """Note that a process is gone; all that lived there go on elsewhere."""
         self._house.lost(str(error))
         home.sessions.clear()
 
-    async def _forgotten(self, process: Process, home: _Home) -> None:
+    async def _forgotten(self, process: WorkerProcess, home: _SessionProcess) -> None:
         if home.sessions.pop(self._number, None) is not None:
             frame = worker_frames.Frame(worker_frames.CLOSE_SESSION, self._number, b"")
-            with suppress(LostError, FailedError, Refused):
+            with suppress(WorkerLostError, CallFailedError, Refused):
                 await process.call(frame, self._house.limits.seconds)
 
     async def close(self) -> None:
@@ -246,7 +253,7 @@ class HostedModel:
 class HostedSession:
     """A session in a worker process."""
 
-    def __init__(self, house: Sessions, number: int, caller: Caller) -> None:
+    def __init__(self, house: SessionHost, number: int, caller: Caller) -> None:
         """Live in one of the processes of ``house``."""
         self._house, self._number, self._owner = house, number, caller
         self._caller = caller.name
@@ -264,9 +271,9 @@ class HostedSession:
         """
         try:
             answered = await self._somewhere(data)
-        except SpentError as error:
+        except WorkerMemoryError as error:
             raise error.refused from None
-        except LostError as error:
+        except WorkerLostError as error:
             raise session_lost(str(error)) from None
         self._keep(data)
         return answered
@@ -293,7 +300,7 @@ class HostedSession:
             return await self._answered(data, _PATIENCE_SECONDS if movable else None)
         except asyncio.TimeoutError:
             self._home = self._house.move(self._home, self._caller, self._number)
-        except DiedError:
+        except WorkerDiedError:
             if not movable:
                 raise
         return await self._answered(data, None)
@@ -302,28 +309,28 @@ class HostedSession:
         home = self._home
         return await home.turns.use(self._caller, lambda process: self._edited(home, process, data), patience)
 
-    async def _edited(self, home: _Home, process: Process, data: bytes) -> bytes:
+    async def _edited(self, home: _SessionProcess, process: WorkerProcess, data: bytes) -> bytes:
         try:
             if self._number not in home.sessions:
                 await self._settle(home, process)
             return await process.call(
                 worker_frames.Frame(worker_frames.EDIT_SESSION, self._number, data), self._house.limits.seconds
             )
-        except LostError as error:
+        except WorkerLostError as error:
             # The others that live there go on from what was kept of them.
             self._house.lost(str(error))
             home.sessions.clear()
             raise
 
-    async def _settle(self, home: _Home, process: Process) -> None:
+    async def _settle(self, home: _SessionProcess, process: WorkerProcess) -> None:
         """Begin in a process, or go on there."""
         if not self._begun:
             frame = worker_frames.Frame(worker_frames.OPEN_SESSION, self._number, b"")
         elif self._messages is None:
-            raise LostError("its process ended", "ABORTED")
+            raise WorkerLostError("its process ended", "ABORTED")
         else:
             frame = worker_frames.Frame(
-                worker_frames.REOPEN_SESSION, self._number, worker_frames.packed(self._messages)
+                worker_frames.REOPEN_SESSION, self._number, worker_frames.pack_messages(self._messages)
             )
         await process.call(frame, self._house.limits.seconds)
         self._begun = True

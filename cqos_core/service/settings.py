@@ -16,7 +16,7 @@ from typing import Any, Final
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.tls import try_tls
-from cqos_core.service.log_lines import ALWAYS, tell
+from cqos_core.service.log_lines import ALWAYS, log_event
 
 MIB: Final = 1024 * 1024
 PAGE: Final = Path(__file__).parent / "page"
@@ -191,7 +191,7 @@ class Settings:
                 )
 
 
-class Files:
+class CertificateFiles:
     """The certificates and keys of the service, which others may replace while it runs."""
 
     def __init__(self, settings: Settings) -> None:
@@ -211,9 +211,9 @@ class Files:
         try:
             try_tls(settings.certificate, settings.key, settings.client_authority, names=_TLS_NAMES)
         except CqosError as error:
-            tell(logging.WARNING, "certificates not reloaded", why=str(error))
+            log_event(logging.WARNING, "certificates not reloaded", why=str(error))
             return False
-        tell(ALWAYS, "certificates reloaded")
+        log_event(ALWAYS, "certificates reloaded")
         return True
 
     def _state(self) -> list[tuple[int, int]]:
@@ -253,7 +253,7 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-def joined(host: str, port: int) -> str:
+def address_text(host: str, port: int) -> str:
     """Return ``host:port``."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.dataclass import dataclass
-from cqos_core.service.log_lines import log, tell
+from cqos_core.service.log_lines import log, log_event
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -85,7 +85,7 @@ _BUCKETS: Final = (0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0
 
 
 @dataclass(slots=True)
-class Watch:
+class CallRecord:
     """One call that is under way.
 
     Attributes:
@@ -118,7 +118,7 @@ class Watch:
             _end_span(self._span, code)
         level = logging.ERROR if code in _OUR_FAULT else logging.INFO
         if log.isEnabledFor(level):
-            tell(
+            log_event(
                 level,
                 "call",
                 request_id=self.request_id,
@@ -133,7 +133,7 @@ class Watch:
             )
 
 
-class Observer:
+class Telemetry:
     """Watches all calls."""
 
     def __init__(self, settings: Settings) -> None:
@@ -145,13 +145,13 @@ class Observer:
         self.meter: Meter = _meter(settings)
         self._tracer = _tracer() if settings.tracing else None
 
-    def begin(self, method: str, metadata: Mapping[str, str], peer: str) -> Watch:
+    def begin(self, method: str, metadata: Mapping[str, str], peer: str) -> CallRecord:
         """Watch a call."""
         given = metadata.get(REQUEST_ID, "")
         request_id = given if _GIVEN_ID.fullmatch(given) else secrets.token_hex(8)
         self.meter.begun()
         span = None if self._tracer is None else _begin_span(self._tracer, method, metadata, request_id)
-        return Watch(self.meter, span, method, request_id, peer)
+        return CallRecord(self.meter, span, method, request_id, peer)
 
 
 def _meter(settings: Settings) -> Meter:

@@ -1,4 +1,4 @@
-"""The door for browsers: Connect and gRPC-Web on one HTTP port, around the same `Calls`.
+"""The door for browsers: Connect and gRPC-Web on one HTTP port, around the same `CallDispatcher`.
 
 Browsers have no streams of requests, so that only calls of one message are there. HTTP 1.1 allows no more.
 """
@@ -31,11 +31,11 @@ from starlette.routing import Mount, Route
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.refusal import Refused
 from cqos_core.service import named_files, static_page
-from cqos_core.service.call_dispatch import failure
+from cqos_core.service.call_dispatch import internal_error
 from cqos_core.service.call_handlers import EDIT, METHODS, PAIRS
-from cqos_core.service.connections import ABORT, KEPT_SECONDS, Connections, patient
+from cqos_core.service.connections import ABORT, KEPT_SECONDS, Connections, idle_timeout_protocol
 from cqos_core.service.open_sessions import REQUESTS, SESSIONS
-from cqos_core.service.settings import Files, joined, split_address
+from cqos_core.service.settings import CertificateFiles, address_text, split_address
 from cqos_core.service.telemetry import REQUEST_ID
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.types import ASGIApp
 
-    from cqos_core.service.call_dispatch import Calls
+    from cqos_core.service.call_dispatch import CallDispatcher
     from cqos_core.service.caller_quotas import Caller
     from cqos_core.service.settings import Settings
-    from cqos_core.service.telemetry import Watch
+    from cqos_core.service.telemetry import CallRecord
 
 _BACKLOG: Final = 1024
 _UNREAD_BYTES: Final = 256 * 1024
@@ -66,14 +66,14 @@ _KINDS: Final = (
 _RESPONSE_HEADERS: Final = ("grpc-status", "grpc-message", "grpc-status-details-bin", REQUEST_ID)
 
 
-class _Sent(NamedTuple):
+class _EncodedMessage(NamedTuple):
     """A message as it came, and in which form."""
 
     json: bool
     data: bytes
 
 
-class _WebForm:
+class _BytesCodec:
     """Takes and gives bytes as they are: what is large is decoded where it is answered."""
 
     def __init__(self, *, json: bool) -> None:
@@ -85,12 +85,12 @@ class _WebForm:
     def encode(self, message: bytes) -> bytes:
         return message
 
-    def decode(self, data: bytes | bytearray, message_class: Any) -> _Sent:  # noqa: ARG002 - of all codecs
-        return _Sent(self._json, bytes(data))
+    def decode(self, data: bytes | bytearray, message_class: Any) -> _EncodedMessage:  # noqa: ARG002 - of all codecs
+        return _EncodedMessage(self._json, bytes(data))
 
 
 class _Exchange:
-    """One HTTP request. It is counted in the loop of `Calls`, which is another one than that of the door.
+    """One HTTP request. It is counted in the loop of `CallDispatcher`, which is another one than that of the door.
 
     Attributes:
         caller: who makes it, as soon as it is let in.
@@ -99,7 +99,7 @@ class _Exchange:
         answered: bytes of the answer.
     """
 
-    def __init__(self, calls: Calls, loop: asyncio.AbstractEventLoop, abort: Callable[[], None]) -> None:
+    def __init__(self, calls: CallDispatcher, loop: asyncio.AbstractEventLoop, abort: Callable[[], None]) -> None:
         """Begin with nothing; ``abort`` ends its connection."""
         self.caller: Caller | None = None
         self.request_id = ""
@@ -118,7 +118,7 @@ class _Exchange:
         self._abort = ended
 
     async def _there(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """Do something in the loop of `Calls`."""
+        """Do something in the loop of `CallDispatcher`."""
         return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(work, self._loop))
 
     async def begin(self, metadata: Mapping[str, str], peer: str) -> None:
@@ -129,8 +129,8 @@ class _Exchange:
         """
 
         async def begun() -> None:
-            self.caller = self._calling.enter_context(self._calls.calling(metadata, peer))
-            self._hold = self._reading.enter_context(self._calls.callers.holding(self.caller))
+            self.caller = self._calling.enter_context(self._calls.count_call(metadata, peer))
+            self._hold = self._reading.enter_context(self._calls.callers.hold_request(self.caller))
 
         await self._there(begun())
 
@@ -147,7 +147,7 @@ class _Exchange:
         self.size += size
         await self._there(counted())
 
-    async def answer(self, method: str, sent: _Sent, remaining: float | None) -> bytes:
+    async def answer(self, method: str, sent: _EncodedMessage, remaining: float | None) -> bytes:
         """Forget its body, which is a message now, and answer that; the answer counts until `read`.
 
         Raises:
@@ -160,7 +160,7 @@ class _Exchange:
         async def answered() -> bytes:
             self._reading.close()
             answer = await self._calls.unary(caller, method, sent.data, remaining, browser=True, json=sent.json)
-            self._unread.enter_context(self._calls.callers.unread(caller, len(answer), self._abort))
+            self._unread.enter_context(self._calls.callers.hold_answer(caller, len(answer), self._abort))
             return answer
 
         answer: bytes = await self._there(answered())
@@ -183,14 +183,14 @@ _EXCHANGE: Final[ContextVar[_Exchange]] = ContextVar("exchange")
 class _Admission:
     """Lets callers in before anything that they send is read, and watches what comes of it."""
 
-    def __init__(self, calls: Calls) -> None:
+    def __init__(self, calls: CallDispatcher) -> None:
         self._calls = calls
 
-    async def on_start(self, context: Any) -> Watch:
+    async def on_start(self, context: Any) -> CallRecord:
         metadata = dict(context.request_headers.items())
         peer = context.client_address or ""
         method = f"/{context.method.service_name}/{context.method.name}"
-        watch = self._calls.observer.begin(method, metadata, peer)
+        watch = self._calls.telemetry.begin(method, metadata, peer)
         exchange = _EXCHANGE.get()
         exchange.request_id = context.response_headers[REQUEST_ID] = watch.request_id
         try:
@@ -201,7 +201,7 @@ class _Admission:
         watch.caller = "" if exchange.caller is None else self._calls.shown(exchange.caller)
         return watch
 
-    async def on_end(self, watch: Watch, _context: Any, error: Exception | None) -> None:
+    async def on_end(self, watch: CallRecord, _context: Any, error: Exception | None) -> None:
         exchange = _EXCHANGE.get()
         exchange.end()
         watch.size = exchange.size
@@ -215,13 +215,13 @@ class _Admission:
 class _Application(ConnectASGIApplication[Any]):
     """The calls of all services; what comes of a request is counted as it comes, and has to come in time."""
 
-    def __init__(self, calls: Calls) -> None:
+    def __init__(self, calls: CallDispatcher) -> None:
         super().__init__(
             service=calls,
             endpoints=lambda _calls: _endpoints(),
             interceptors=[_Admission(calls)],
             read_max_bytes=calls.limits.message_bytes,
-            codecs=[_WebForm(json=False), _WebForm(json=True)],
+            codecs=[_BytesCodec(json=False), _BytesCodec(json=True)],
         )
         self._calls, self._loop = calls, asyncio.get_running_loop()
         self._seconds = calls.limits.seconds
@@ -232,10 +232,10 @@ class _Application(ConnectASGIApplication[Any]):
         return "/"
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        if (answer := _unspoken(scope)) is not None:
+        if (answer := _protocol_refusal(scope)) is not None:
             await answer(scope, receive, send)
             return
-        exchange = _Exchange(self._calls, self._loop, scope.get(ABORT, _nothing))
+        exchange = _Exchange(self._calls, self._loop, scope.get(ABORT, _keep_connection))
         _EXCHANGE.set(exchange)
         until = asyncio.get_running_loop().time() + self._seconds
         more = True
@@ -268,13 +268,13 @@ class _Application(ConnectASGIApplication[Any]):
             exchange.read()
 
 
-def _nothing() -> None:
+def _keep_connection() -> None:
     """End no connection: a server that is not ours has its own limits."""
 
 
-def _unspoken(scope: Any) -> JSONResponse | None:
+def _protocol_refusal(scope: Any) -> JSONResponse | None:
     """Say what is wrong with a request that is none of any protocol here; they would say nothing but a number."""
-    if (text := _unreadable(scope["headers"])) is not None:
+    if (text := _header_fault(scope["headers"])) is not None:
         return JSONResponse({"code": "invalid_argument", "message": text}, 400)
     path, method = scope["path"], scope["method"]
     encoding = parse_qs(scope["query_string"].decode("utf-8", "replace")).get("encoding", [""])[0]
@@ -318,7 +318,7 @@ def _unspoken(scope: Any) -> JSONResponse | None:
     return None
 
 
-def _unreadable(headers: list[tuple[bytes, bytes]]) -> str | None:
+def _header_fault(headers: list[tuple[bytes, bytes]]) -> str | None:
     """Name a header that is not UTF-8, without its value, which may be a token."""
     for name, value in headers:
         try:
@@ -328,10 +328,10 @@ def _unreadable(headers: list[tuple[bytes, bytes]]) -> str | None:
     return None
 
 
-class WebDoor:
-    """An HTTP server around `Calls`."""
+class WebServer:
+    """An HTTP server around `CallDispatcher`."""
 
-    def __init__(self, calls: Calls, settings: Settings) -> None:
+    def __init__(self, calls: CallDispatcher, settings: Settings) -> None:
         """Open the address.
 
         Raises:
@@ -339,12 +339,12 @@ class WebDoor:
         """
         self._socket = _opened(settings)
         host, port = self._socket.getsockname()[:2]
-        self.address = joined(host, port)
+        self.address = address_text(host, port)
         self._calls = calls
         connections = Connections(settings.limits)
         config = uvicorn.Config(
             application(calls, settings),
-            http=patient(connections),
+            http=idle_timeout_protocol(connections),
             log_config=None,
             access_log=False,
             server_header=False,
@@ -360,7 +360,7 @@ class WebDoor:
         )
         config.load()
         self._context = config.ssl
-        self._files = Files(settings) if settings.encrypted else None
+        self._files = CertificateFiles(settings) if settings.encrypted else None
         self._settings = settings
         self._server = _Server(config, self._socket, connections)
         self._thread = threading.Thread(target=self._serve, name="browsers", daemon=True)
@@ -460,7 +460,7 @@ def _opened(settings: Settings) -> socket.socket:
     return opened
 
 
-def application(calls: Calls, settings: Settings) -> ASGIApp:
+def application(calls: CallDispatcher, settings: Settings) -> ASGIApp:
     """Return the ASGI application; others may mount it beside their own pages."""
 
     async def healthy(_request: Request) -> PlainTextResponse:
@@ -501,7 +501,7 @@ def _endpoints() -> Mapping[str, Any]:
 
 
 def _unary(method: str) -> Any:
-    async def handle(sent: _Sent, context: Any) -> bytes:
+    async def handle(sent: _EncodedMessage, context: Any) -> bytes:
         exchange = _EXCHANGE.get()
         remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
         try:
@@ -509,7 +509,7 @@ def _unary(method: str) -> Any:
         except Refused as refused:
             raise _error(refused) from None
         except Exception as error:  # noqa: BLE001 - one call shall not end the others
-            raise _error(failure(error, exchange.request_id)) from None
+            raise _error(internal_error(error, exchange.request_id)) from None
 
     return handle
 

@@ -80,7 +80,7 @@ class Worker:
                 return answer_of_stream(call.data)
             case worker_frames.REOPEN_SESSION:
                 again = self._sessions[call.number] = EditSession(self._most)
-                again.repeat(worker_frames.unpacked(call.data))
+                again.repeat(worker_frames.unpack_messages(call.data))
             case worker_frames.OPEN_SESSION:
                 self._sessions[call.number] = EditSession(self._most)
             case worker_frames.OPEN_MODEL:

@@ -43,13 +43,13 @@ def head(data: bytes) -> tuple[int, int, int]:
 HEAD_SIZE: Final = _HEAD.size
 
 
-def packed(messages: Iterable[bytes]) -> bytes:
-    """Put messages together; `unpacked` takes them apart."""
+def pack_messages(messages: Iterable[bytes]) -> bytes:
+    """Put messages together; `unpack_messages` takes them apart."""
     return b"".join(Frame(EDIT_SESSION, 0, each).encoded() for each in messages)
 
 
-def unpacked(data: bytes) -> list[bytes]:
-    """Return the messages that `packed` put together."""
+def unpack_messages(data: bytes) -> list[bytes]:
+    """Return the messages that `pack_messages` put together."""
     return [frame.data for frame in iter(partial(read, BytesIO(data)), None)]
 
 

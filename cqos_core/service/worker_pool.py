@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.remote.refusal import Refused
 from cqos_core.service import worker_frames
-from cqos_core.service.fair_scheduler import Turns
+from cqos_core.service.fair_scheduler import FairPool
 from cqos_core.service.worker import METHOD_NAMES
-from cqos_core.service.worker_process import DiedError, LostError, Process
+from cqos_core.service.worker_process import WorkerDiedError, WorkerLostError, WorkerProcess
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 _NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
 
 
-class Pool:
+class WorkerPool:
     """Workers for calls without memory."""
 
     def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
         """Keep as many as the limits allow; call ``lost`` with the reason for each that had to be ended."""
         self._limits = limits
         self._lost = lost
-        self._all = [Process(limits) for _ in range(limits.workers)]
+        self._all = [WorkerProcess(limits) for _ in range(limits.workers)]
         # One that had to be ended is started again before the next call needs it.
-        self._turns = Turns(self._all, Process.start, limits.waiting)
+        self._turns = FairPool(self._all, WorkerProcess.start, limits.waiting)
 
     async def warm(self) -> None:
         """Start one process, so that the first call need not wait for it."""
@@ -63,9 +63,9 @@ class Pool:
                 if died is not None:
                     raise died.refused from None
                 raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
-            except LostError as error:
+            except WorkerLostError as error:
                 self._lost(str(error))
-                if died is not None or not isinstance(error, DiedError):
+                if died is not None or not isinstance(error, WorkerDiedError):
                     raise error.refused from None
                 died = error
 

@@ -26,7 +26,7 @@ _NICE: Final = 5
 """The priority of workers: the processor is first for those who answer at once."""
 
 
-class LostError(Exception):
+class WorkerLostError(Exception):
     """The process is gone, or was ended because it took too long.
 
     Attributes:
@@ -39,11 +39,11 @@ class LostError(Exception):
         self.refused = Refused(code, f"there is no answer: {why}", reason=WORKER_LOST if code == "UNAVAILABLE" else "")
 
 
-class DiedError(LostError):
+class WorkerDiedError(WorkerLostError):
     """The process ended by itself or by a signal; another one may well answer."""
 
 
-class SpentError(LostError):
+class WorkerMemoryError(WorkerLostError):
     """It took all memory that it may have, and is gone."""
 
     def __init__(self, status: status_pb2.Status) -> None:
@@ -52,15 +52,15 @@ class SpentError(LostError):
         self.refused = StatusRefused(status)
 
 
-class SessionGoneError(Exception):
+class SessionLostError(Exception):
     """A session of single calls has lost its process, and cannot go on in another one; the text says why."""
 
 
-class FailedError(Exception):
+class CallFailedError(Exception):
     """A call raised an unexpected exception; the text is its traceback."""
 
 
-class Process:
+class WorkerProcess:
     """One worker process; it is started by its first call, and answers one call at a time."""
 
     def __init__(self, limits: Limits) -> None:
@@ -87,19 +87,19 @@ class Process:
                 answer = await asyncio.wait_for(_exchange(process, frame), seconds)
             except asyncio.TimeoutError:
                 await self.end()
-                raise LostError(f"it took more than {seconds:g} seconds", "DEADLINE_EXCEEDED") from None
+                raise WorkerLostError(f"it took more than {seconds:g} seconds", "DEADLINE_EXCEEDED") from None
             except (OSError, EOFError):
                 raise await self._died(process) from None
             if answer.kind == worker_frames.SPENT:
                 await self._died(process)
-                raise SpentError(status_pb2.Status.FromString(answer.data))
+                raise WorkerMemoryError(status_pb2.Status.FromString(answer.data))
         if answer.kind == worker_frames.OK:
             return answer.data
         if answer.kind == worker_frames.GONE:
-            raise DiedError("its process ended", "ABORTED")
+            raise WorkerDiedError("its process ended", "ABORTED")
         if answer.kind == worker_frames.REFUSED:
             raise StatusRefused(status_pb2.Status.FromString(answer.data))
-        raise FailedError(answer.data.decode())
+        raise CallFailedError(answer.data.decode())
 
     async def _started(self) -> asyncio.subprocess.Process:
         process = self._process
@@ -119,16 +119,16 @@ class Process:
                 with suppress(OSError):
                     os.setpriority(os.PRIO_PROCESS, process.pid, os.getpriority(os.PRIO_PROCESS, 0) + _NICE)
             try:
-                await asyncio.wait_for(_answered(process), _STARTING_SECONDS)
+                await asyncio.wait_for(_read_answer(process), _STARTING_SECONDS)
             except (asyncio.TimeoutError, OSError, EOFError):
                 await self.end()
-                raise LostError("its process does not start", "UNAVAILABLE") from None
+                raise WorkerLostError("its process does not start", "UNAVAILABLE") from None
         return process
 
     async def start(self) -> None:
         """Start it, so that the next call need not wait for that; what fails now fails then."""
         async with self._turn:
-            with suppress(LostError):
+            with suppress(WorkerLostError):
                 await self._started()
 
     async def close(self) -> None:
@@ -136,7 +136,7 @@ class Process:
         self._closed = True
         await self.end()
 
-    async def _died(self, process: asyncio.subprocess.Process) -> LostError:
+    async def _died(self, process: asyncio.subprocess.Process) -> WorkerLostError:
         """Return how a process ended by itself; if it is killed meanwhile, its exit code is lost."""
         if self._closed:
             return _service_ends()
@@ -145,7 +145,7 @@ class Process:
         code = process.returncode or 0
         how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         await self.end()
-        return DiedError(f"the worker process ended while it answered ({how})", "UNAVAILABLE")
+        return WorkerDiedError(f"the worker process ended while it answered ({how})", "UNAVAILABLE")
 
     async def end(self) -> None:
         """End it at once."""
@@ -159,8 +159,8 @@ class Process:
         await process.wait()
 
 
-def _service_ends() -> LostError:
-    return LostError("the service ends", "UNAVAILABLE")
+def _service_ends() -> WorkerLostError:
+    return WorkerLostError("the service ends", "UNAVAILABLE")
 
 
 async def _exchange(process: asyncio.subprocess.Process, frame: worker_frames.Frame) -> worker_frames.Frame:
@@ -169,10 +169,10 @@ async def _exchange(process: asyncio.subprocess.Process, frame: worker_frames.Fr
     calls.write(frame.encoded())
     with suppress(OSError):  # one that ends for lack of memory says so, even if it did not take all of it
         await calls.drain()
-    return await _answered(process)
+    return await _read_answer(process)
 
 
-async def _answered(process: asyncio.subprocess.Process) -> worker_frames.Frame:
+async def _read_answer(process: asyncio.subprocess.Process) -> worker_frames.Frame:
     answers = process.stdout
     assert answers is not None  # noqa: S101 - it is a pipe
     kind, number, size = worker_frames.head(await answers.readexactly(worker_frames.HEAD_SIZE))

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from cqos_core.cli import plans
+from cqos_core.cli import check_fixes, plans
 
 SYSTEM = """cqos: 1
 protocol: ros2

@@ -10,7 +10,7 @@ import pytest
 from cqos_core import check
 from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters.causes import causes
-from cqos_core.formatters.multi_system import together
+from cqos_core.formatters.multi_system import combined_report
 from cqos_core.formatters.phrases import shown
 from cqos_core.formatters.text import render_text
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
@@ -126,7 +126,7 @@ def test_the_summary_of_several_systems_names_their_files_and_the_gravest_findin
         ]
         return Report(Verdict.UNKNOWN, findings=tuple(found), system=name)
 
-    text = render_text(together([part("a", Severity.WARNING), part("b", Severity.ERROR)]), Style())
+    text = render_text(combined_report([part("a", Severity.WARNING), part("b", Severity.ERROR)]), Style())
     first, second, third, *_ = text.splitlines()
     assert first == "12 findings below fleet/: 6 errors, 6 warnings"
     assert second == "  in a.yaml 6, b.yaml 6"

@@ -36,14 +36,14 @@ def assert_linear(work: Callable[[int], object], size: int) -> None:
 
 
 def _seconds(work: Callable[[int], object], size: int) -> float:
-    with uncollected():
+    with gc_paused():
         started = time.process_time()
         work(size)
         return time.process_time() - started
 
 
 @contextmanager
-def uncollected() -> Iterator[None]:
+def gc_paused() -> Iterator[None]:
     """Collect no garbage meanwhile: that takes as long as the whole process is large, whatever is measured."""
     gc.disable()
     try:

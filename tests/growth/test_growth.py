@@ -15,7 +15,7 @@ import pytest
 
 from tests.effort import EXPLORE
 from tests.growth.cache_reset import forget
-from tests.growth.linear import uncollected
+from tests.growth.linear import gc_paused
 from tests.growth.models import ALWAYS, MODELS
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def measured(model: Callable[[int], Model], smallest: int, sizes: Sequence[int] 
     model(max(2, smallest // 2)).work()  # what is read once in a process
     for times in sizes:
         size, work = model(smallest * times)
-        with uncollected():
+        with gc_paused():
             started = time.process_time()
             out = work()
             points.append((size + out, time.process_time() - started))

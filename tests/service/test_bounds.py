@@ -16,12 +16,12 @@ import grpc
 import pytest
 
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.call_dispatch import Calls
-from cqos_core.service.caller_quotas import Callers, Shared
-from cqos_core.service.connections import Patient
+from cqos_core.service.call_dispatch import CallDispatcher
+from cqos_core.service.caller_quotas import Callers, SharedBytes
+from cqos_core.service.connections import IdleTimeoutProtocol
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.telemetry import Meter, Observer
-from cqos_core.service.web_server import WebDoor
+from cqos_core.service.telemetry import Meter, Telemetry
+from cqos_core.service.web_server import WebServer
 from tests.benchmarks.attacks import EDIT, PAIR, POLITE, reached
 from tests.service.raw_sockets import connected, grpc_status
 from tests.service.test_open_sessions import FIXED, MODEL, editing, opening, stub_of
@@ -88,8 +88,8 @@ def test_bytes_of_who_has_most_go_first():
     callers = Callers(Limits(share=0.75), Meter())
     gone: list[str] = []
     with contextlib.ExitStack() as stack:
-        many, few, third = (stack.enter_context(callers.calling(name)) for name in ("many", "few", "third"))
-        shared = Shared(100)
+        many, few, third = (stack.enter_context(callers.count_call(name)) for name in ("many", "few", "third"))
+        shared = SharedBytes(100)
         assert shared.put(many, 1, 40, lambda: gone.append("first"))
         assert shared.put(many, 2, 35, lambda: gone.append("second"))
         assert not shared.put(many, 3, 1, lambda: None)  # more than its share
@@ -173,12 +173,12 @@ def test_who_has_most_calls_gives_way_while_it_waits():
     given: list[str] = []
     with contextlib.ExitStack() as stack:
         for name in ("a", "a", "b", "b"):
-            caller = stack.enter_context(callers.calling(name))
+            caller = stack.enter_context(callers.count_call(name))
             if name == "a":
-                stack.enter_context(callers.waiting(caller, lambda: given.append("a")))
-        stack.enter_context(callers.calling("c"))
+                stack.enter_context(callers.waiting_place(caller, lambda: given.append("a")))
+        stack.enter_context(callers.count_call("c"))
         assert given == ["a"]
-        with pytest.raises(Refused, match="all that this service takes"), callers.calling("d"):
+        with pytest.raises(Refused, match="all that this service takes"), callers.count_call("d"):
             pass  # of `a` one is left, and `b` waits for nobody
     assert (callers.calls, callers._going, callers._waiting) == (0, 0, {})
 
@@ -194,12 +194,12 @@ def test_nothing_that_browsers_send_keeps_the_other_door_waiting(monkeypatch):
         parsing.set()
         went_on.append(may_go_on.wait(5))
 
-    monkeypatch.setattr(Patient, "data_received", parsed)
+    monkeypatch.setattr(IdleTimeoutProtocol, "data_received", parsed)
 
     async def run():
         settings = Settings(web="127.0.0.1:0")
-        calls = Calls(settings, Observer(settings))
-        door = WebDoor(calls, settings)
+        calls = CallDispatcher(settings, Telemetry(settings))
+        door = WebServer(calls, settings)
         await door.start()
         with connected(door.address) as connection:
             connection.sendall(b"GET /healthz HTTP/1.1\r\nhost: x\r\n\r\n")
@@ -281,7 +281,7 @@ def test_an_answer_that_nobody_reads_ends(monkeypatch):
 
     async def run():
         settings = Settings(web="127.0.0.1:0", limits=Limits(seconds=3))
-        calls = Calls(settings, Observer(settings))
+        calls = CallDispatcher(settings, Telemetry(settings))
         answered = asyncio.Event()
 
         async def large(*_given, **_named):
@@ -289,7 +289,7 @@ def test_an_answer_that_nobody_reads_ends(monkeypatch):
             return b"x" * 8_000_000
 
         monkeypatch.setattr(calls, "unary", large)
-        door = WebDoor(calls, settings)
+        door = WebServer(calls, settings)
         await door.start()
         with socket.socket() as connection:
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

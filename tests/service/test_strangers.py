@@ -17,7 +17,7 @@ from google.rpc import error_details_pb2, status_pb2
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import Client, ServiceError
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.caller_quotas import Budget, Callers
+from cqos_core.service.caller_quotas import Callers, TimeBudget
 from cqos_core.service.settings import Limits, read_tokens
 from cqos_core.service.telemetry import Meter
 from tests.benchmarks.attacks import ATTACKS, OF_SESSIONS, attacking, polite, reached, renaming
@@ -85,7 +85,7 @@ def test_a_refusal_says_whether_it_is_for_ever(start):
 
 
 def test_the_time_budget_of_the_serving_process_refills():
-    budget = Budget(0.5, 0.2)
+    budget = TimeBudget(0.5, 0.2)
     budget.spend(0.5)
     assert budget.left < 0
     budget._seen -= 0.7
@@ -98,9 +98,9 @@ def test_who_has_many_calls_under_way_is_answered_by_workers():
     callers = Callers(Limits(), Meter())
     with contextlib.ExitStack() as stack:
         for number in range(1, 7):
-            caller = stack.enter_context(callers.calling("a"))
+            caller = stack.enter_context(callers.count_call("a"))
             assert callers.may_answer_here(caller) is (number <= 4)
-        other = stack.enter_context(callers.calling("b"))
+        other = stack.enter_context(callers.count_call("b"))
         assert callers.may_answer_here(other)
         callers.answered_here(other, 1.0)
         assert not callers.may_answer_here(other)
@@ -110,12 +110,12 @@ def test_watching_health_takes_no_place_of_calls():
     callers = Callers(Limits(calls=2, share=1), Meter())
     with contextlib.ExitStack() as stack:
         for _ in range(16):
-            stack.enter_context(callers.watching("a"))
-        with pytest.raises(Refused, match="one caller may watch 16 times at once"), callers.watching("a"):
+            stack.enter_context(callers.count_watch("a"))
+        with pytest.raises(Refused, match="one caller may watch 16 times at once"), callers.count_watch("a"):
             pass
         for _ in range(2):
-            stack.enter_context(callers.calling("a"))
-        with pytest.raises(Refused), callers.calling("a"):
+            stack.enter_context(callers.count_call("a"))
+        with pytest.raises(Refused), callers.count_call("a"):
             pass
 
 

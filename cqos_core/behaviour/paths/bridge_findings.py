@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
-from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, DeliveryPaths, repetition
 from cqos_core.matching.derived_guarantees import DerivedGuarantees, give
 from cqos_core.matching.hops import Hop, Meetings, Topics
 from cqos_core.model.finding import Finding, Severity, Side, plural
@@ -193,7 +193,7 @@ def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
     needing = {name for name, each in everybody.items() if DUPLICATE_FREE in each.profile.needs and not each.bridge}
     if not (hops and needing):
         return
-    arrivals = Arrivals(hops, by_topic)
+    arrivals = DeliveryPaths(hops, by_topic)
     found = grouped(
         ((name, sure), (publisher, ways))
         for publisher, end in sorted(everybody.items())

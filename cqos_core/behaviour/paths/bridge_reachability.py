@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.pairing import MatchedTopic
 
 
-def connected(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
+def connected_over_bridges(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
     """Return per publisher group the subscriber groups that lose nothing by not meeting it, as bits.
 
     They get over bridges what it publishes, or from elsewhere all that it, as the end of a bridge, publishes anew.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.paths.budgets import budgets
+from cqos_core.behaviour.paths.budgets import budgets_of_system
 from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.model.remarks import core_finding, listed
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def budget_findings(pipeline: Pipeline) -> list[Finding]:
     """Report links that are certainly overloaded, or perhaps. Verdicts of pairs stay as they are."""
-    found = budgets(pipeline)
+    found = budgets_of_system(pipeline)
     return [
         *(core_finding("CQ811", each.message, place=each.place, help=each.help) for each in found.faults),
         *(finding for load in found.loads for finding in _of_load(load)),

@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from math import ceil
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.behaviour.paths.delivery_paths import Arrivals
+from cqos_core.behaviour.paths.delivery_paths import DeliveryPaths
 from cqos_core.behaviour.paths.link_facts import LinkFacts, facts_of
 from cqos_core.language.binding import bind
 from cqos_core.language.values import INFINITE, is_plain
@@ -173,9 +173,9 @@ class Budgets:
         return sum(each.payload for each in self.streams if participant in each.receivers)
 
 
-def budgets(pipeline: Pipeline) -> Budgets:
+def budgets_of_system(pipeline: Pipeline) -> Budgets:
     """Return what follows from the periods and sizes of a system."""
-    arrivals, meeting = Arrivals(pipeline.hops, pipeline.topics), Meetings(pipeline.topics)
+    arrivals, meeting = DeliveryPaths(pipeline.hops, pipeline.topics), Meetings(pipeline.topics)
     publishers = [each for each in pipeline.endpoints if each.role == PUBLISHER]
     streams = tuple(stream for each in publishers if (stream := _stream(each, meeting, arrivals)) is not None)
     own = [each for each in pipeline.endpoints if not each.is_copy]
@@ -208,7 +208,7 @@ class StreamReader(NamedTuple):
     passes: bool | None
 
 
-def _stream(publisher: Resolved, meeting: Meetings, arrivals: Arrivals) -> Stream | None:
+def _stream(publisher: Resolved, meeting: Meetings, arrivals: DeliveryPaths) -> Stream | None:
     readers = (
         StreamReader(pair[1].endpoint.participant, arrivals.profile(pair[1]), arrivals.passes(pair))
         for pair in meeting.pairs(publisher)

@@ -71,10 +71,10 @@ def _open(times: ChainTimes, names: Sequence[str]) -> Finding:
 
 
 def _with_hops(finding: Finding, steps: Sequence[StepTimes]) -> Finding:
-    return replace(finding, notes=tuple(described(steps)))
+    return replace(finding, notes=tuple(step_lines(steps)))
 
 
-def described(steps: Sequence[StepTimes]) -> Iterator[str]:
+def step_lines(steps: Sequence[StepTimes]) -> Iterator[str]:
     """Yield a line for each step: its times, and the age of the data after it."""
     for number, step in enumerate(steps, 1):
         over = f" over {' and '.join(f'`{each}`' for each in step.bridges)}" if step.bridges else ""

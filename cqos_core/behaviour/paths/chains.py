@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.behaviour.paths.delivery_paths import Arrivals
-from cqos_core.behaviour.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, any_of_these, read_range
+from cqos_core.behaviour.paths.delivery_paths import DeliveryPaths
+from cqos_core.behaviour.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, covering_range, read_range
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.derived_guarantees import give, over
 from cqos_core.matching.hops import Hop
@@ -141,7 +141,7 @@ class _Follower:
 
     def __init__(self, pipeline: Pipeline) -> None:
         self.system = pipeline.system
-        self.arrivals = Arrivals(pipeline.hops, pipeline.topics)
+        self.arrivals = DeliveryPaths(pipeline.hops, pipeline.topics)
         self.of = grouped(
             (name, each) for each in pipeline.endpoints for name in {each.endpoint.participant, each.id, each.stated_id}
         )
@@ -296,12 +296,12 @@ def _first(step: ChainStep) -> StepTimes:
 def _step_times(step: ChainStep, topic: str, arriving: Sequence[_Arrival], *, last: bool) -> StepTimes:
     """Put the ways to one step together."""
     doubtful = any(each.passes is None for each in arriving)
-    gap = any_of_these([each.gap for each in arriving])
+    gap = covering_range([each.gap for each in arriving])
     gap = TimeRange(gap.low if len(arriving) == 1 else 0, None if doubtful else gap.high)
     latency = _stated(step, "latency")
     assumed: list[str] = []
     if latency is None:
-        latency = any_of_these([TimeRange(0, each.age) for each in arriving])
+        latency = covering_range([TimeRange(0, each.age) for each in arriving])
         if latency.high is not None:
             assumed.append(f"the clocks at both ends of `{topic}` agree")
     waits, takes = _stated(step, "waits"), _stated(step, "takes") or (NO_TIME if last else ANY_TIME)

@@ -26,7 +26,7 @@ _MOST: Final = 2
 """So many ways to one place are followed: whether there are several matters, not how many."""
 
 
-class Arrivals:
+class DeliveryPaths:
     """Finds the ways between endpoints of a system whose bridges are resolved."""
 
     def __init__(self, hops: Sequence[Hop], by_topic: Topics) -> None:

@@ -84,7 +84,9 @@ def _readers(groups: Sequence[EndpointGroup], publisher: QosProfile, profiles: P
             yield from (StreamReader(each.endpoint.participant, profile, passes) for each in members.endpoints)
 
 
-def grown(topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profiles, after: Profiles) -> tuple[str, ...]:
+def growth_in_words(
+    topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profiles, after: Profiles
+) -> tuple[str, ...]:
     """Return in words what a change of the profiles of groups certainly multiplies: ``multiplies memory by 100: …``.
 
     Nothing where a fact is absent, and nothing of traffic where none flowed before.

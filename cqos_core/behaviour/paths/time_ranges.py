@@ -49,7 +49,7 @@ ANY_TIME: Final = TimeRange()
 NO_TIME: Final = TimeRange(0, 0)
 
 
-def any_of_these(ranges: Iterable[TimeRange]) -> TimeRange:
+def covering_range(ranges: Iterable[TimeRange]) -> TimeRange:
     """Return the range that covers several; there is at least one."""
     lows, highs = zip(*ranges, strict=True)
     return TimeRange(min(lows), None if None in highs else max(highs))

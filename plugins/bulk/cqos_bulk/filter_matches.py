@@ -31,7 +31,7 @@ NEAR: Final = {"system": "text", "topic": "text", "p": "number", "owner": "numbe
 _Amount = tuple[tuple[int, int], ...]
 
 
-class Hearing:
+class FilterMatches:
     """Which topics match others, and the publishers there.
 
     Attributes:

@@ -26,7 +26,7 @@ from cqos_bulk.topic_frames import FINDING, finding_columns
 from cqos_bulk.whole_systems import NamedSystem, WholeSystems, systems_of
 from cqos_core.files.atomic_writes import is_same_file
 from cqos_core.files.folder_walk import walk
-from cqos_core.files.ignore_patterns import patterns
+from cqos_core.files.ignore_patterns import read_ignore_patterns
 from cqos_core.files.path_loader import load_paths
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.finding import plural
@@ -321,7 +321,7 @@ def _systems_of_files(wanted: WantedAudit, where: Context) -> Iterator[NamedSyst
     # As in a check, links to folders are not followed: one may lead anywhere.
     inner = sorted(each for each in folders if not each.is_symlink())
     for each in (path, *inner):
-        excluded = [patterns(["*/"], str(path))] if each == path and inner else []
+        excluded = [read_ignore_patterns(["*/"], str(path))] if each == path and inner else []
         loaded = load_paths([str(each)], protocol=wanted.protocol, excluded=excluded)
         if loaded.problems:
             more = f" (and {len(loaded.problems) - 1} more)" if len(loaded.problems) > 1 else ""

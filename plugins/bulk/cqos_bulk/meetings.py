@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_bulk.clients import Clients
     from cqos_bulk.far_ends import FarEnds, Visitors
-    from cqos_bulk.filter_matches import Hearing
+    from cqos_bulk.filter_matches import FilterMatches
     from cqos_bulk.table_store import Spool
     from cqos_core.resolving.resolved import Resolved
 
@@ -105,7 +105,7 @@ class Meetings:
     """
 
     clients: Clients
-    hearing: Hearing
+    hearing: FilterMatches
     far: FarEnds
     found: Spool
     alone: Spool

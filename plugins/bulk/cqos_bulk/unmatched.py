@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_bulk.clients import Clients
-    from cqos_bulk.filter_matches import Hearing
+    from cqos_bulk.filter_matches import FilterMatches
     from cqos_bulk.table_store import Spool, TableStore
     from cqos_core.resolving.resolved import Resolved
 
@@ -28,7 +28,7 @@ _TOPIC: Final = ["system", "topic"]
 
 
 def write_unmatched(
-    clients: Clients, hearing: Hearing, alone: Frame, names: Frame, store: TableStore, out: Spool
+    clients: Clients, hearing: FilterMatches, alone: Frame, names: Frame, store: TableStore, out: Spool
 ) -> None:
     """Write the findings about endpoints without partners.
 
@@ -60,7 +60,7 @@ def write_unmatched(
             write_finding(out, system, topic, row)
 
 
-def _reached(clients: Clients, hearing: Hearing, store: TableStore) -> Iterator[tuple[str, str, int]]:
+def _reached(clients: Clients, hearing: FilterMatches, store: TableStore) -> Iterator[tuple[str, str, int]]:
     """Yield far topics without partner, and published ones, that match when both are folded."""
     far = grouped(
         (system, topic) for system, topic in store.tuples(f"names{REQUESTED}") if (system, topic) in hearing.far

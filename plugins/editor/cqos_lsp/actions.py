@@ -12,7 +12,7 @@ from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters import phrases
 from cqos_core.importers.detect import claims_yaml
 from cqos_lsp.diagnostics import shown_findings, uri_of
-from cqos_lsp.positions import lines_of, where
+from cqos_lsp.positions import lines_of, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -84,7 +84,7 @@ def _acceptance(
     finding: Finding, fixed: list[Diagnostic], analysis: Analysis, units: Units, uris: Mapping[str, str]
 ) -> Iterator[CodeAction]:
     """Yield the comment that accepts a finding, without the reason: until a person writes one, C-QoS asks for it."""
-    found = where(finding.place, analysis.sources)
+    found = located(finding.place, analysis.sources)
     if found is None or not finding.endpoints or not claims_yaml(found[0], analysis.sources[found[0]]):
         return
     source, line, *_ = found

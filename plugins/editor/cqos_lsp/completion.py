@@ -70,7 +70,7 @@ def cursor_in(path: str, text: str, line: int, column: int) -> Cursor | None:
     return yaml_cursor(text, line, column)
 
 
-def ready(projects: Iterable[Project]) -> None:
+def load_schemas(projects: Iterable[Project]) -> None:
     """Load the packs and make the schemas that completion needs first."""
     for project in projects:
         schema_of_systems(project.all_packs)

@@ -18,7 +18,7 @@ from cqos_core.files.source_files import read_path
 from cqos_core.formatters import phrases
 from cqos_core.model.finding import Severity
 from cqos_core.model.problems import InputError
-from cqos_lsp.positions import START, where
+from cqos_lsp.positions import START, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.model.finding import Finding, Side
     from cqos_core.model.problems import Problem
     from cqos_core.model.settings import Place
-    from cqos_lsp.document_checks import Analysis, Checked, Texts
+    from cqos_lsp.document_checks import Analysis, CheckResult, Texts
     from cqos_lsp.positions import Units
 
 SOURCE: Final = "cqos"
@@ -55,7 +55,7 @@ def shown_findings(analysis: Analysis, *, notes: bool) -> list[Finding]:
 
 
 def diagnostics_of(
-    checked: Checked, texts: Texts, units: Units, *, notes: bool, documentation: str
+    checked: CheckResult, texts: Texts, units: Units, *, notes: bool, documentation: str
 ) -> dict[str, list[Diagnostic]]:
     """Return all diagnostics by real path; a finding that several systems share is there once."""
     writer = _Writer(units, documentation)
@@ -118,10 +118,10 @@ class _Writer:
         self, finding: Finding, shown: Place | None, sources: Mapping[str, bytes]
     ) -> Iterator[DiagnosticRelatedInformation]:
         """Yield the other places of a finding, each with what stands there."""
-        seen = {where(shown, sources)}
+        seen = {located(shown, sources)}
         for side in finding.sides:
             for place, text in _stated(side):
-                found = where(place, sources)
+                found = located(place, sources)
                 if found is not None and found not in seen:
                     seen.add(found)
                     location = Location(uri_of(found[0]), self._units.of(place, sources))

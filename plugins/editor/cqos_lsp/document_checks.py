@@ -64,7 +64,7 @@ class Analysis:
 
 
 @dataclass(frozen=True, slots=True)
-class Checked:
+class CheckResult:
     """What a round of checks gave.
 
     Attributes:
@@ -127,7 +127,7 @@ class Checker:
         self._listed.clear()
         self.projects.forget()
 
-    def check(self, texts: Texts, folders: Sequence[str], step: Step) -> Checked:
+    def check(self, texts: Texts, folders: Sequence[str], step: Step) -> CheckResult:
         """Read and check every system that has an open document among its files; ``folders`` are those of the workspace."""
         designs = [path for path in texts if not is_configuration(path) and not is_pack(texts[path])]
         units: dict[tuple[str, ...], _Unit] = {}
@@ -146,7 +146,7 @@ class Checker:
             *(problem for path, data in texts.items() if is_pack(data) for problem in pack_problems(path, data)),
         ]
         current = frozenset(id(last) for unit, last in checked if unit.stamps)
-        found = Checked(tuple(last for _, last in checked), tuple(dict.fromkeys(problems)), projects, current)
+        found = CheckResult(tuple(last for _, last in checked), tuple(dict.fromkeys(problems)), projects, current)
         now = {path: analysis for path in designs if (analysis := found.of(path)) is not None}
         lost = {path: self._last[path] for path in designs if path not in now and path in self._last}
         self._last = {**lost, **now}

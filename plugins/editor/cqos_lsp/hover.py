@@ -11,7 +11,7 @@ from cqos_core.model.finding import Fact, Verdict
 from cqos_core.model.system import Endpoint, Participant, Profile
 from cqos_lsp.completion import cursor_in, packs_at, schema_at
 from cqos_lsp.names import ENDPOINTS, name_at, names_of
-from cqos_lsp.place_index import marks_on, owners_at, setting_at
+from cqos_lsp.place_index import items_on_line, owners_at, setting_at
 from cqos_lsp.schema_words import doc_at
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import Resolved
     from cqos_lsp.document_checks import Analysis
     from cqos_lsp.names import Name
-    from cqos_lsp.place_index import Mark
+    from cqos_lsp.place_index import PlacedItem
     from cqos_lsp.projects import Project
 
 _MOST: Final = 20
@@ -44,7 +44,7 @@ def hover(
     """
     line, column = place
     if analysis is not None and line_then is not None and (source := analysis.name_of(path)) is not None:
-        marks = marks_on(analysis, source, line_then)
+        marks = items_on_line(analysis, source, line_then)
         found = setting_at(analysis, marks, line_then, column)
         if found is not None:
             return _setting(found, analysis)
@@ -97,7 +97,7 @@ def _default(policy: Policy) -> str:
     return ", ".join(f"`{text}` for {role}s" for role, text in policy.default.items())
 
 
-def _setting(mark: Mark, analysis: Analysis) -> str:
+def _setting(mark: PlacedItem, analysis: Analysis) -> str:
     parts = [about_policy(pack, policy) for pack, policy in mark.policies]
     for pack, policy in mark.policies:
         for end in _ends_of(mark, analysis):
@@ -108,7 +108,7 @@ def _setting(mark: Mark, analysis: Analysis) -> str:
     return "\n\n".join(parts)
 
 
-def _ends_of(mark: Mark, analysis: Analysis) -> Iterable[Resolved]:
+def _ends_of(mark: PlacedItem, analysis: Analysis) -> Iterable[Resolved]:
     """Return the endpoints with values that a mark stands for: a service has one for requests and one for responses."""
     if not isinstance(mark.owner, Endpoint):
         return ()
@@ -155,7 +155,7 @@ def _stands_at(end: Resolved, name: Name) -> bool:
     return len(name.path) > 1 and (name.path[1] == whose or str(whose).startswith(f"{name.path[1]}/")) and in_role
 
 
-def _owner(mark: Mark, analysis: Analysis) -> str:
+def _owner(mark: PlacedItem, analysis: Analysis) -> str:
     if isinstance(mark.owner, Endpoint):
         return "\n\n".join(endpoint_page(end, analysis) for end in _ends_of(mark, analysis))
     if isinstance(mark.owner, Participant):

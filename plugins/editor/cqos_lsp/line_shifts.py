@@ -7,7 +7,7 @@ from cqos_lsp.positions import lines_of
 
 
 @dataclass(frozen=True, slots=True)
-class Shift:
+class LineShift:
     """Lines before an edit and after it are the same; those within are not known.
 
     Attributes:
@@ -20,7 +20,7 @@ class Shift:
     new: int
 
     @classmethod
-    def between(cls, then: bytes, now: bytes) -> Shift:
+    def between(cls, then: bytes, now: bytes) -> LineShift:
         """Compare two texts."""
         if then == now:
             return cls(0, 1, 1)

@@ -12,7 +12,7 @@ from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_lsp.positions import where
+from cqos_lsp.positions import located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -126,7 +126,7 @@ def name_at(names: Iterable[Name], sources: Mapping[str, bytes], source: str, li
     """Return the name at a one-based line and column."""
     for name in names:
         if name.place.source == source and name.place.line == line:
-            found = where(name.place, sources)
+            found = located(name.place, sources)
             if found is not None and found[2] <= column <= found[2] + found[3]:
                 return name
     return None

@@ -16,7 +16,7 @@ from cqos_core.model.problems import CqosError, InputError
 from cqos_core.model.system import endpoint_id
 from cqos_lsp.diagnostics import uri_of
 from cqos_lsp.names import Name, name_at, names_of
-from cqos_lsp.positions import encoded, lines_of, where
+from cqos_lsp.positions import encoded, lines_of, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -104,7 +104,7 @@ def rename(
     changes: dict[str, list[tuple[Place, int, str]]] = {}
     for each in names:
         text = _renamed(each, name, new, analysis)
-        found = where(each.place, analysis.sources)
+        found = located(each.place, analysis.sources)
         if text is not None and found is not None:
             written = lines_of(analysis.sources[found[0]]).line(found[1])[found[2] - 1 :][: found[3]]
             in_json = is_json(lines_of(analysis.sources[found[0]]).text)

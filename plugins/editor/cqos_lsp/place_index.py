@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import exact, is_xml, key_of
-from cqos_lsp.positions import lines_of, where
+from cqos_lsp.positions import lines_of, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -25,7 +25,7 @@ What: TypeAlias = Literal["endpoint", "participant", "profile", "setting"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Mark:
+class PlacedItem:
     """One thing that stands at a place.
 
     Attributes:
@@ -48,29 +48,29 @@ def packs_of(analysis: Analysis) -> Sequence[RulePack]:
     return [*found.values()] or analysis.project.all_packs
 
 
-def marks_on(analysis: Analysis, source: str, line: int) -> list[Mark]:
+def items_on_line(analysis: Analysis, source: str, line: int) -> list[PlacedItem]:
     """Return what stands on a one-based line of a source, as far as importers tell."""
-    marks = [*marks_in(analysis, source)]
+    marks = [*items_in_source(analysis, source)]
     places = exact((mark.place for mark in marks), analysis.sources)
     return [replace(mark, place=places[mark.place]) for mark in marks if places[mark.place].line == line]
 
 
-def marks_in(analysis: Analysis, source: str) -> Iterator[Mark]:
+def items_in_source(analysis: Analysis, source: str) -> Iterator[PlacedItem]:
     """Yield everything that importers know a place of in a source, endpoints before what they state."""
     system, packs = analysis.system, packs_of(analysis)
     for end in system.endpoints:
         if end.place is not None and end.place.source == source:
-            yield Mark("endpoint", end.place, end)
+            yield PlacedItem("endpoint", end.place, end)
         yield from _settings(end.settings, source, packs, (ENDPOINT,), end, end.dialect)
         yield from _settings(end.overlay, source, packs, (ENDPOINT,), end, end.dialect)
         yield from _settings(end.needs, source, packs, (NEED,), end)
     for one in system.participants.values():
         if one.place is not None and one.place.source == source:
-            yield Mark("participant", one.place, one)
+            yield PlacedItem("participant", one.place, one)
         yield from _settings(one.settings, source, packs, ("participant", "option"), one)
     for profile in system.profiles.values():
         if profile.place is not None and profile.place.source == source:
-            yield Mark("profile", profile.place, profile)
+            yield PlacedItem("profile", profile.place, profile)
         yield from _settings(profile.settings, source, packs, (ENDPOINT, BROKER), profile)
     for topic in system.topics.values():
         yield from _settings(topic.settings, source, packs, (TOPIC,))
@@ -90,7 +90,7 @@ def _settings(
     levels: tuple[str, ...],
     owner: Owner = None,
     dialect: str = "yaml",
-) -> Iterator[Mark]:
+) -> Iterator[PlacedItem]:
     for name, setting in settings.items():
         if setting.place is None or setting.place.source != source or (setting.derived and _at_owner(setting, owner)):
             continue
@@ -101,7 +101,7 @@ def _settings(
             if (index := pack.find(level, name, pack.dialects.get(dialect, pack.dialects.get("yaml")))) is not None
         ]
         if found:
-            yield Mark("setting", setting.place, owner, name, setting, tuple(found))
+            yield PlacedItem("setting", setting.place, owner, name, setting, tuple(found))
 
 
 def _at_owner(setting: Setting, owner: Owner) -> bool:
@@ -109,11 +109,11 @@ def _at_owner(setting: Setting, owner: Owner) -> bool:
     return owner is None or setting.place == owner.place
 
 
-def setting_at(analysis: Analysis, marks: Iterable[Mark], line: int, column: int) -> Mark | None:
+def setting_at(analysis: Analysis, marks: Iterable[PlacedItem], line: int, column: int) -> PlacedItem | None:
     """Return the setting whose key or value is at a one-based line and column."""
     sources = analysis.sources
     for mark in marks:
-        found = where(mark.place, sources) if mark.what == "setting" else None
+        found = located(mark.place, sources) if mark.what == "setting" else None
         if found is None or found[1] != line:
             continue
         _, _, start, width = found
@@ -125,12 +125,12 @@ def setting_at(analysis: Analysis, marks: Iterable[Mark], line: int, column: int
     return None
 
 
-def owners_at(analysis: Analysis, marks: Iterable[Mark], line: int, column: int) -> list[Mark]:
+def owners_at(analysis: Analysis, marks: Iterable[PlacedItem], line: int, column: int) -> list[PlacedItem]:
     """Return the endpoints, participants and profiles whose place is at or nearest before a column of a line."""
     starts = [
         (found[2], mark)
         for mark in marks
-        if mark.what != "setting" and (found := where(mark.place, analysis.sources)) is not None and found[1] == line
+        if mark.what != "setting" and (found := located(mark.place, analysis.sources)) is not None and found[1] == line
     ]
     before = [start for start, _ in starts if start <= column]
     nearest = max(before, default=min((start for start, _ in starts), default=0))
@@ -142,7 +142,7 @@ _VALUE: Final = re.compile(r"""["']?\s*:\s*(?=[^\s#])""")
 
 def end_of_line(analysis: Analysis, place: Place) -> tuple[int, int] | None:
     """Return line and column behind what stands at a place: behind the value of a key on its line, else at the end of the line."""
-    found = where(place, analysis.sources)
+    found = located(place, analysis.sources)
     if found is None:
         return None
     source, line, column, width = found
@@ -150,5 +150,5 @@ def end_of_line(analysis: Analysis, place: Place) -> tuple[int, int] | None:
     value = _VALUE.match(text, column + width - 1)
     if value is None or is_xml(analysis.sources[source]):
         return line, len(text.rstrip()) + 1
-    behind = where(replace(place, line=line, column=value.end() + 1, path=None, element=None), analysis.sources)
+    behind = located(replace(place, line=line, column=value.end() + 1, path=None, element=None), analysis.sources)
     return line, len(text) + 1 if behind is None else behind[2] + behind[3]

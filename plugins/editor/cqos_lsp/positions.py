@@ -80,11 +80,11 @@ class Units:
 
     def of(self, place: Place | None, sources: Mapping[str, bytes]) -> Range:
         """Return what is underlined for a place: its value, attribute or tag; the start of the file where it has no line."""
-        found = where(place, sources)
+        found = located(place, sources)
         return START if found is None else self.range(lines_of(sources[found[0]]), *found[1:])
 
 
-def where(place: Place | None, sources: Mapping[str, bytes]) -> tuple[str, int, int, int] | None:
+def located(place: Place | None, sources: Mapping[str, bytes]) -> tuple[str, int, int, int] | None:
     """Return source, line, column and width of what a place names; None where it has no line or its source is not there."""
     if place is None or place.line is None or place.source not in sources:
         return None

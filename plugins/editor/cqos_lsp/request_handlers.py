@@ -13,7 +13,7 @@ from cqos_lsp.actions import actions
 from cqos_lsp.completion import complete
 from cqos_lsp.hints import hints
 from cqos_lsp.hover import hover
-from cqos_lsp.line_shifts import Shift
+from cqos_lsp.line_shifts import LineShift
 from cqos_lsp.navigation import definition, references, renamable, rename, symbols
 from cqos_lsp.positions import lines_of
 from cqos_lsp.projects import is_configuration, is_pack
@@ -180,8 +180,8 @@ async def _settled(server: CqosServer, params: Any) -> tuple[Analysis | None, st
     return (analysis, source, _at(server, path, position)) if source is not None else (None, "", (1, 1))
 
 
-def _shift(server: CqosServer, analysis: Analysis, path: str) -> Shift:
+def _shift(server: CqosServer, analysis: Analysis, path: str) -> LineShift:
     """Return how lines moved since a document was checked."""
     source = analysis.name_of(path)
     then = b"" if source is None else analysis.sources[source]
-    return Shift.between(then, server.state.texts.get(path, b""))
+    return LineShift.between(then, server.state.texts.get(path, b""))

@@ -17,9 +17,9 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import to_fs_path
 
 from cqos_core.model.problems import CqosError, describe
-from cqos_lsp.completion import ready
+from cqos_lsp.completion import load_schemas
 from cqos_lsp.diagnostics import diagnostics_of, uri_of
-from cqos_lsp.document_checks import Analysis, Checked, Checker
+from cqos_lsp.document_checks import Analysis, Checker, CheckResult
 from cqos_lsp.positions import Units, encoded
 from cqos_lsp.projects import is_configuration, is_pack
 from cqos_lsp.request_handlers import register
@@ -70,7 +70,7 @@ class State:
 
     texts: dict[str, bytes] = field(default_factory=dict)
     uris: dict[str, str] = field(default_factory=dict)
-    checked: Checked = field(default_factory=Checked)
+    checked: CheckResult = field(default_factory=CheckResult)
     folders: list[str] = field(default_factory=list)
     settings: Settings = field(default_factory=Settings)
     units: Units = field(default_factory=Units)
@@ -123,9 +123,9 @@ class CqosServer(LanguageServer):
         if not self._ready:
             self._ready = True
             # The first completion would otherwise load all packs: half a second.
-            self.worker.submit(ready, state.checked.projects.values())
+            self.worker.submit(load_schemas, state.checked.projects.values())
 
-    def _check(self, aim: int, texts: dict[str, bytes], folders: list[str]) -> Checked:
+    def _check(self, aim: int, texts: dict[str, bytes], folders: list[str]) -> CheckResult:
         def step(_done: int, _all: int) -> None:
             if self.state.changes != aim:
                 raise OutdatedError

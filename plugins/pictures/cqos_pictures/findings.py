@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_core.formatters import phrases
 from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.fingerprint import fingerprint
-from cqos_core.formatters.full import pointed_at, saying
+from cqos_core.formatters.full import marked_places, value_label
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
 from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
 from cqos_pictures.graph import is_wrong
-from cqos_pictures.page_text import some, spoken, state
+from cqos_pictures.page_text import first_names, state, text_pieces
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -79,9 +79,9 @@ class Findings:
         changes = [self._diff(each) for each in fixes]
         plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
         helps = phrases.helps(replace(finding, remedies=tuple(plain)))
-        notes = [spoken(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
+        notes = [text_pieces(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
         count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
-        because = [] if finding.because in finding.message else spoken(finding.because)
+        because = [] if finding.because in finding.message else text_pieces(finding.because)
         excerpts = list(self._excerpts(finding))
         return {
             "state": state(wrong=is_wrong(finding)),
@@ -90,11 +90,11 @@ class Findings:
             "code": finding.code,
             "name": finding.name,
             "link": f"{style.documentation.rstrip('/')}/rules/{finding.code}" if linked else "",
-            "message": spoken(finding.message),
+            "message": text_pieces(finding.message),
             "accepted": finding.accepted or "",
             "excerpts": excerpts,
             "has_excerpts": bool(excerpts),
-            "helps": [spoken(each) for each in helps],
+            "helps": [text_pieces(each) for each in helps],
             "diffs": [each for each in changes if each],
             "notes": notes,
             "has_notes": bool(notes),
@@ -104,7 +104,7 @@ class Findings:
             "has_fixes": bool(helps or any(changes)),
             "topics": [
                 {"topic": topic, "target": f"#{own['topic', topic]}" if ("topic", topic) in own else ""}
-                for topic in some(topics, 6)
+                for topic in first_names(topics, 6)
             ],
             "pairs": count,
         }
@@ -119,17 +119,19 @@ class Findings:
         """Yield lines of sources with everything in them that the finding points at."""
         lines: dict[tuple[str, int, str], list[tuple[Excerpt, str, bool]]] = {}
         for number, side in enumerate(finding.sides):
-            for fact, place in pointed_at(side):
+            for fact, place in marked_places(side):
                 excerpt = None if place is None else self._places.excerpt(place)
                 if place is None or excerpt is None:
                     if place is not None:
                         policy = "" if fact is None else f"{fact.policy} {phrases.value(fact)}"
-                        who = ", ".join(some(side.members, 3))
+                        who = ", ".join(first_names(side.members, 3))
                         yield {"where": phrases.position(place), "who": f"{who} {policy}".strip(), "lines": []}
                     continue
-                label, value = (side.label, "") if fact is None else saying(side.label, fact, excerpt)
+                label, value = (side.label, "") if fact is None else value_label(side.label, fact, excerpt)
                 named = f"{fact.policy} " if fact is not None and value else ""
-                text = f"{', '.join(some(side.members, 2))} {label}{': ' if label and value else ''}{named}{value}"
+                text = (
+                    f"{', '.join(first_names(side.members, 2))} {label}{': ' if label and value else ''}{named}{value}"
+                )
                 key = (place.source, excerpt.line, excerpt.text)
                 lines.setdefault(key, []).append((excerpt, text.strip(), number == 0))
         for (source, line, text), marks in list(lines.items())[:_MOST_EXCERPTS]:
@@ -190,7 +192,7 @@ class Findings:
                 where = where or f"{source}:{before.count(chr(10), 0, start) + 1}"
                 old, new = before[first:last], before[first:start] + text + before[end:last]
                 lines += _changed(old.split("\n"), new.split("\n"))
-        return {"fix": spoken(phrases.fix(remedy)), "where": where, "changes": lines} if lines else None
+        return {"fix": text_pieces(phrases.fix(remedy)), "where": where, "changes": lines} if lines else None
 
 
 def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:

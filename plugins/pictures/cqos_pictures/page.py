@@ -13,11 +13,11 @@ from cqos_pictures import tables
 from cqos_pictures.anchors import Anchors, scopes
 from cqos_pictures.findings import Findings
 from cqos_pictures.graph import graph_of, is_wrong, stages, usage
-from cqos_pictures.page_text import counted, some, spoken, state, symbol
+from cqos_pictures.page_text import counted, first_names, state, symbol, text_pieces
 from cqos_pictures.picture import picture_of
 from cqos_pictures.picture_parts import Picture, PicturedEnd
-from cqos_pictures.svg_graph import drawn
-from cqos_pictures.template import data_file, rendered
+from cqos_pictures.svg_graph import svg_graph
+from cqos_pictures.template import data_file, render_template
 from cqos_pictures.topics import listed, owner_entries, topic_entries
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def render_html(report: Report, style: Style) -> str:
         "script_hash": _hash(script),
     }
     # Both are ours, and hold no name of a system; everything else is escaped.
-    page = rendered("page", values)
+    page = render_template("page", values)
     return page.replace("/*style*/", sheet, 1).replace("/*script*/", script, 1)
 
 
@@ -129,15 +129,15 @@ def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
         "anchor": anchor,
         "name": phrases.heading(report) or "system",
         "state": state(wrong=_is_wrong(report)),
-        "sources": some(report.sources, 12),
+        "sources": first_names(report.sources, 12),
         "partial": report.partial,
         "unmatched": report.unmatched,
         "assumed": [*phrases.assumed(report)],
         "not_read": list(filter(None, [", ".join(phrases.not_read(report))])),
-        "coverage": [spoken(each) for each in some([*phrases.coverage(report)], _MOST_UNREAD)]
+        "coverage": [text_pieces(each) for each in first_names([*phrases.coverage(report)], _MOST_UNREAD)]
         if report.coverage.percent < _ALL
         else [],
-        "not_checked": [spoken(each) for each in report.not_checked],
+        "not_checked": [text_pieces(each) for each in report.not_checked],
         **_head(report),
         "graph": drawings,
         "has_graph": bool(graph.nodes),
@@ -163,7 +163,7 @@ def _stages(graph: DrawnGraph, used: Usage, own: dict[Key, str], anchor: str) ->
     targets = {key: f"#{name}" for key, name in own.items()}
     found = [
         {
-            **drawn(part, targets),
+            **svg_graph(part, targets),
             "number": number,
             "stage": name,
             "step": name if name == "everything" or not number else f"+ {name}",

@@ -33,11 +33,11 @@ def counted(number: int, noun: str) -> str:
     return plural(number, noun) if number < 1000 else f"{number:,} {noun}s"  # noqa: PLR2004
 
 
-def spoken(text: str) -> list[dict[str, Any]]:
+def text_pieces(text: str) -> list[dict[str, Any]]:
     """Return a sentence as pieces, names in backticks apart."""
     return [{"name": number % 2 == 1, "text": piece} for number, piece in enumerate(_NAME.split(text)) if piece]
 
 
-def some(names: Sequence[str], most: int) -> list[str]:
+def first_names(names: Sequence[str], most: int) -> list[str]:
     """Return the first names, and how many more there are."""
     return [*names[:most], *([f"and {len(names) - most:,} more"] if len(names) > most else [])]

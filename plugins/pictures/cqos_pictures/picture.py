@@ -79,9 +79,9 @@ def _wanted(pipeline: Pipeline, report: Report) -> Iterator[tuple[str, Resolved]
                 yield first, requiring[name]
     # What arrives over bridges only has no pair with its source in the report.
     if pipeline.hops:
-        from cqos_core.behaviour.paths.delivery_paths import Arrivals
+        from cqos_core.behaviour.paths.delivery_paths import DeliveryPaths
 
-        arrivals = Arrivals(pipeline.hops, pipeline.topics)
+        arrivals = DeliveryPaths(pipeline.hops, pipeline.topics)
         sources = [each for each in pipeline.endpoints if each.role == PUBLISHER and each.bridge is None]
         for source in sources[:MOST_PATHS]:
             for name in arrivals.ways(source):

@@ -31,7 +31,7 @@ _TOP: Final = 12.0
 _LABELLED: Final = 30  # more lines than this have labels only where something is wrong
 
 
-def drawn(graph: DrawnGraph, targets: Mapping[Key, str]) -> dict[str, Any]:
+def svg_graph(graph: DrawnGraph, targets: Mapping[Key, str]) -> dict[str, Any]:
     """Return the drawing; ``targets`` are the anchors that nodes lead to."""
     numbers = {node.key: number for number, node in enumerate(graph.nodes)}
     edges = {(numbers[line.source], numbers[line.target]): line for line in graph.lines}

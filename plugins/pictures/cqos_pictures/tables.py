@@ -9,7 +9,7 @@ from cqos_core.model.finding import Verdict, plural
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.proving import Event
 from cqos_pictures.graph import rank
-from cqos_pictures.page_text import WORDS, some, state, symbol
+from cqos_pictures.page_text import WORDS, first_names, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -69,7 +69,7 @@ def _requirement(path: RequirementPath) -> dict[str, Any] | None:
                 "hops": [_given(hop.get(each.word, "unknown")) for hop in by_hop],
                 "end": _given(each.value),
                 "cells": _cells(each, faults),
-                "lost": some(list(dict.fromkeys(code for code, _ in _losses(each))), _MOST_CODES),
+                "lost": first_names(list(dict.fromkeys(code for code, _ in _losses(each))), _MOST_CODES),
             }
             for each in pair.guarantees
         ],
@@ -149,5 +149,5 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
         "kind": "agrees" if run["agrees"] else "error",
         "answer": "as C-QoS says" if run["agrees"] else "not as C-QoS says",
         "disagreements": run["disagreements"],
-        "lines": some(lines, _MOST_LINES),
+        "lines": first_names(lines, _MOST_LINES),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.trial import tried_out
-from cqos_core.files.export import Exported, unique
+from cqos_core.files.export import Exported, unique_name
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
@@ -63,7 +63,7 @@ def write(system: System, context: ExportContext) -> Exported:
             values[DURABILITY.name] = durability
         tag = _TAGS[part.role]
         wanted = each.endpoint.profiles[0].name if alone else each.id
-        name = unique("".join("_" if unsayable(one) else one for one in wanted), names[tag])
+        name = unique_name("".join("_" if unsayable(one) else one for one in wanted), names[tag])
         element = form.below(profiles, tag, profile_name=name)
         written = _topic(
             form, element, part, values, each.id, named=not alone and context.settings.get("topics") == "named"

@@ -17,7 +17,7 @@ from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.snapshots import SECONDS, check_snapshot, snapshot_options, write_snapshot
-from cqos_core.formatters.snapshot_changes import watched
+from cqos_core.formatters.snapshot_changes import watch_changes
 from cqos_core.matching.pipeline import context
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import describe
@@ -99,7 +99,7 @@ def _watch(domain: int, every: float) -> None:
         return system
 
     with _interruptible() as interrupted:
-        for text in watched(look, context(), partial(interrupted.wait, every)):
+        for text in watch_changes(look, context(), partial(interrupted.wait, every)):
             emit(text)
 
 

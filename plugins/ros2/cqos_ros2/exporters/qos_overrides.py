@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final, TypeAlias
 
-from cqos_core.files.export import ExportContext, Exported, Judged
+from cqos_core.files.export import ExportContext, Exported, ExportEndpoint
 from cqos_core.files.yaml_text import Block, Node, Raw, document
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 from cqos_ros2.exporters.values import QOS, NoValueError, Value, kind_of, ros_endpoints, stated
@@ -51,7 +51,7 @@ class _Overrides:
                 count += sum(map(bool, by_id.values()))
         return Exported(document(_file(nodes), self._head()) if nodes else "", count, tuple(self.notes))
 
-    def _slot(self, each: Judged) -> _Slot | None:
+    def _slot(self, each: ExportEndpoint) -> _Slot | None:
         """Return where the parameters of an endpoint stand; None where it has none."""
         part = each.whole
         if part is None:
@@ -71,7 +71,7 @@ class _Overrides:
             self.notes[f"`{each.id}`{wrong}"] = None
         return None
 
-    def _policies(self, each: Judged) -> dict[str, Node]:
+    def _policies(self, each: ExportEndpoint) -> dict[str, Node]:
         """Return the policies to override."""
         part = each.parts[0]
         found: dict[str, Node] = {}

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 from xml.sax.saxutils import escape, quoteattr
 
-from cqos_core.files.export import ExportContext, Exported, Judged
+from cqos_core.files.export import ExportContext, Exported, ExportEndpoint
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, System
 from cqos_ros2.exporters.code import comment_text, identifier, values_of
@@ -89,7 +89,9 @@ def write(system: System, context: ExportContext) -> Exported:
     return Exported(text if count else "", count, tuple(notes), files if count else {})
 
 
-def _add(each: Judged, system: System, nodes: dict[str, _Node], modules: set[str], notes: dict[str, None]) -> None:
+def _add(
+    each: ExportEndpoint, system: System, nodes: dict[str, _Node], modules: set[str], notes: dict[str, None]
+) -> None:
     part = each.parts[0]
     endpoint = part.endpoint
     whole = each.whole is not None

@@ -90,13 +90,13 @@ def not_ignored(files: Sequence[str]) -> list[str]:
 
 def all_below(folder: str) -> list[str]:
     """Return the files of the packages of a folder, and of the folder itself."""
-    from cqos_core.files.folder_walk import Skipped, walk
-    from cqos_core.files.ignore_patterns import GENERATED
+    from cqos_core.files.folder_walk import SkippedFolder, walk
+    from cqos_core.files.ignore_patterns import GENERATED_FOLDERS
 
-    skipped: list[Skipped] = []
+    skipped: list[SkippedFolder] = []
     found = []
     for inner, folders, names in walk(folder, skipped):
-        folders[:] = sorted(each for each in folders if not each.startswith(".") and each not in GENERATED)
+        folders[:] = sorted(each for each in folders if not each.startswith(".") and each not in GENERATED_FOLDERS)
         found += [posixpath.join(inner, each) for each in sorted(names)]
     return not_ignored(found)
 

@@ -19,7 +19,7 @@ from opentelemetry.trace import StatusCode
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.service.log_lines import ALWAYS, JsonLines, PlainLines
 from cqos_core.service.settings import Settings
-from cqos_core.service.telemetry import Observer
+from cqos_core.service.telemetry import Telemetry
 
 TRACE = "4bf92f3577b34da6a3ce929d0e0e4736"
 
@@ -29,10 +29,10 @@ def test_a_span_continues_the_trace_of_the_caller(code, status):
     spans = InMemorySpanExporter()
     provider = TracerProvider()
     provider.add_span_processor(SimpleSpanProcessor(spans))
-    observer = Observer(Settings())
-    observer._tracer = provider.get_tracer("test")
+    telemetry = Telemetry(Settings())
+    telemetry._tracer = provider.get_tracer("test")
     given = {"traceparent": f"00-{TRACE}-00f067aa0ba902b7-01", "x-request-id": "mine"}
-    observer.begin("/cqos.v1.CheckService/CheckPair", given, "peer").end(code)
+    telemetry.begin("/cqos.v1.CheckService/CheckPair", given, "peer").end(code)
     (span,) = spans.get_finished_spans()
     assert (span.name, f"{span.context.trace_id:x}") == ("cqos.v1.CheckService/CheckPair", TRACE)
     assert (span.attributes["cqos.request_id"], span.status.status_code) == ("mine", status)
@@ -151,7 +151,7 @@ def test_without_a_collector_calls_are_answered_and_the_end_is_not_kept_waiting(
 
 @pytest.mark.parametrize("given", ["", "a b", "x" * 129, 'a"b', "a\nb"])
 def test_an_id_that_could_forge_a_line_is_replaced(given):
-    watch = Observer(Settings()).begin("/m", {"x-request-id": given}, "")
+    watch = Telemetry(Settings()).begin("/m", {"x-request-id": given}, "")
     assert watch.request_id != given
     assert len(watch.request_id) == 16
 
