@@ -3,11 +3,11 @@
 import { signalDefinitions } from '../drawing/events';
 import type { Shape, Step } from '../drawing/diagram';
 import { states, attributeNames } from '../drawing/form';
-import { attributesOf, type StatedAttribute } from '../drawing/stores';
+import { attributesOf, type StatedAttribute } from '../drawing/setting_stores';
 import { DrawnOwnerKind, PolicyLevel, type Pack } from '../gen/cqos/v1/catalogue_pb';
 import { button, make } from '../layout/dom';
 import type { Page } from '../page';
-import { packOf } from './convert';
+import { packOf } from './conversion';
 import type { Section } from './settings';
 
 const NAMED = 6;

@@ -1,9 +1,9 @@
-/** Elements that a person has just added: while they are selected, they are being drawn. */
+/** Tracks new elements of a diagram. An element counts as new while it is selected. */
 
 import type { Diagram, Shape } from './diagram';
 
-/** Watch the elements of a diagram. The answer is the ids of those that are being drawn; `settled` hears when some no longer are. */
-export function watchFresh({ modeler, selection }: Diagram, settled: () => void): () => ReadonlySet<string> {
+/** Watch a diagram, and return a function that gives the ids of its new elements; `settled` is called when some are new no longer. */
+export function watchNewElements({ modeler, selection }: Diagram, settled: () => void): () => ReadonlySet<string> {
   const fresh = new Set<string>();
   modeler.on('commandStack.shape.create.postExecuted', ({ context }: { readonly context: { readonly shape: Shape } }) => {
     fresh.add(context.shape.id);

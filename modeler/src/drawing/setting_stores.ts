@@ -1,4 +1,4 @@
-/** Where the settings of a part of a model stand: as attributes, or as child elements. */
+/** Reads and writes settings of a part of a model: as attributes, or as child elements. */
 
 import type { ModdleElement } from '../moddle';
 import type { DrawnForm, DrawnWord, WrittenSetting } from '../gen/cqos/v1/catalogue_pb';

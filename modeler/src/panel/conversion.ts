@@ -1,7 +1,7 @@
 /** Offers to turn settings in the form of other tools into plain words. */
 
 import type { Shape } from '../drawing/diagram';
-import { convertSteps, foreignEvents, foreignOf, type Foreign } from '../drawing/foreign';
+import { convertSteps, foreignEvents, foreignOf, type Foreign } from '../drawing/foreign_settings';
 import { protocolOf } from '../drawing/events';
 import type { Pack } from '../gen/cqos/v1/catalogue_pb';
 import type { View } from '../findings/view';

@@ -4,7 +4,7 @@ import { describe, expect, it } from 'vitest';
 import { text } from './drawing/diagram';
 import { signalDefinitions, signalOf } from './drawing/events';
 import type { Definitions, ModdleElement } from './moddle';
-import { readQualifiedNames } from './qualified';
+import { readQualifiedNames } from './qualified_names';
 
 const MODEL = `<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:tns="urn:t" targetNamespace="urn:t" id="D">
   <signal id="S" name="alert"/>

@@ -1,4 +1,4 @@
-/** Documents that are checked together with the diagram: open, remove, and the endpoints that they bring. */
+/** The list of documents that are checked together with the diagram: open and remove them, and see their endpoints. */
 
 import { chooseFiles, type Chosen } from '../files/picker';
 import { Role } from '../gen/cqos/v1/report_pb';
@@ -9,7 +9,7 @@ import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
 import type { Page } from '../page';
 
-export interface Beside {
+export interface CompanionList {
   show(view: View | undefined): void;
 }
 
@@ -17,7 +17,7 @@ export interface Beside {
 const ENDPOINTS = 100;
 const PARTNERS = 3;
 
-export function createBeside(page: Page): Beside {
+export function createCompanions(page: Page): CompanionList {
   const { workspace } = page;
   const region = workspace.regions.beside;
   const note = make('p', { class: 'list-note' });

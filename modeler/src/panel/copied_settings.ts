@@ -3,16 +3,16 @@
 import { DrawnMeaning, DrawnOwnerKind, PolicyLevel, type Pack } from '../gen/cqos/v1/catalogue_pb';
 import { text, type Shape, type Step } from '../drawing/diagram';
 import { poolOf, processOf, roleOf, signalDefinitions, signalOf } from '../drawing/events';
-import { foreignOf } from '../drawing/foreign';
+import { foreignOf } from '../drawing/foreign_settings';
 import { attributeFor, settingsOf, type Setting } from '../drawing/form';
-import { attributeStore, type Store } from '../drawing/stores';
+import { attributeStore, type Store } from '../drawing/setting_stores';
 import { button, make } from '../layout/dom';
 import type { Page } from '../page';
-import { packOf } from './convert';
+import { packOf } from './conversion';
 import { factsOf, type Section } from './settings';
 
 /** Make the section, which is there only while the event states nothing. */
-export function sameSection(page: Page, shape: Shape, pack: Pack): Section {
+export function copySection(page: Page, shape: Shape, pack: Pack): Section {
   const element = make('div', { class: 'convert', hidden: true });
   let shown = '';
   return {

@@ -1,14 +1,14 @@
 /** Statements with several parts, such as exceptions and rules of the team: list, add, remove. */
 
 import { wordFor } from '../drawing/form';
-import { attribute, changeChildren, child, children, type Owner } from '../drawing/stores';
+import { attribute, changeChildren, child, children, type Owner } from '../drawing/setting_stores';
 import type { DrawnAttribute, DrawnMeaning, DrawnOwnerKind, DrawnWord } from '../gen/cqos/v1/catalogue_pb';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
-import { nextId } from '../layout/tip';
+import { nextId } from '../layout/tooltip';
 import type { ModdleElement } from '../moddle';
 import type { Page } from '../page';
-import { folded } from './folded';
+import { foldElement } from './fold';
 import type { Section } from './settings';
 
 /** Make a folded section for the child elements of a meaning. */
@@ -24,7 +24,7 @@ export function elementsSection(
     return undefined;
   }
   const list = make('div', { class: 'statements' });
-  const { element, count } = folded(title, make('p', { class: 'hint' }, word.doc), list, adder(page, owner, word));
+  const { element, count } = foldElement(title, make('p', { class: 'hint' }, word.doc), list, adder(page, owner, word));
   return {
     element,
     fields: [],

@@ -10,7 +10,7 @@ import {
   type EditSessionResponseSchema,
   type OpenSessionRequest,
 } from '../gen/cqos/v1/session_pb';
-import { startLive, type LiveState, type Text } from './live';
+import { startLive, type LiveState, type Text } from './live_check';
 
 type EditAnswer = MessageInitShape<typeof EditSessionResponseSchema>;
 

@@ -2,7 +2,7 @@
 
 import type { ModdleElement } from './moddle';
 
-/** What moddle returns of a text. */
+/** The result of moddle for one text. */
 interface Parsed {
   readonly elementsById: Readonly<Record<string, unknown>>;
   readonly references: readonly { readonly element: ModdleElement; readonly property: string; readonly id: string }[];

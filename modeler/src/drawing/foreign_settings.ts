@@ -1,4 +1,4 @@
-/** Settings in the form of other tools: child elements, properties and integer codes; and how they become plain words. */
+/** Finds settings in the form of other tools (child elements, properties, integer codes), and rewrites them as plain words. */
 
 import { DrawnOwnerKind, PolicyLevel, type DrawnForm, type Pack } from '../gen/cqos/v1/catalogue_pb';
 import type { Fact } from '../gen/cqos/v1/report_pb';
@@ -6,7 +6,7 @@ import type { ModdleElement } from '../moddle';
 import type { Diagram, Shape, Step } from './diagram';
 import { signalDefinitions } from './events';
 import { foreignElements, normalised, states, settingsOf, type Setting } from './form';
-import { attribute, attributesOf, changeChildren, childAt, children, removeProperties } from './stores';
+import { attribute, attributesOf, changeChildren, childAt, children, removeProperties } from './setting_stores';
 import { canonical, spellingOf, type Spelling } from './values';
 
 export interface Foreign {

@@ -12,18 +12,18 @@ import type { ModdleElement } from '../moddle';
 import { is, parts, text, type Shape } from '../drawing/diagram';
 import { roleOf, signalDefinitions, signalOf } from '../drawing/events';
 import { settingsOf, wordFor } from '../drawing/form';
-import { attributeStore, eitherStore, elementStore, type Owner, type Store } from '../drawing/stores';
+import { attributeStore, eitherStore, elementStore, type Owner, type Store } from '../drawing/setting_stores';
 import type { EndpointView } from '../findings/view';
 import type { Page } from '../page';
-import { markSection, presetSection, protocolSection, textSection } from './choices';
-import { convertSection } from './convert';
-import { elementsSection } from './elements';
-import { folded } from './folded';
-import { sameSection } from './same';
+import { markSection, presetSection, protocolSection, textSection } from './choice_sections';
+import { convertSection } from './conversion';
+import { elementsSection } from './statement_lists';
+import { foldElement } from './fold';
+import { copySection } from './copied_settings';
 import { factsOf, settingsSection, type Section, type Subject } from './settings';
-import { suggestSection } from './suggest';
+import { suggestSection } from './suggestions';
 import { topicSection } from './topic';
-import { unknownAnywhere, unknownSection } from './unknown';
+import { unknownAnywhere, unknownSection } from './unknown_settings';
 import { verdictSection } from './verdict';
 
 type Maybe = Section | undefined;
@@ -37,7 +37,7 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
   const definitions = signalDefinitions(owner.part);
   const sections: Maybe[] = [
     ...definitions.map((each) => topicSection(page, shape, each)),
-    pack && sameSection(page, shape, pack),
+    pack && copySection(page, shape, pack),
     pack && unknownSection(page, shape, pack),
     convertSection(page, shape),
     verdictSection(page, shape.id),
@@ -154,7 +154,7 @@ function optionsSection(page: Page, pack: Pack, owner: Owner, kind: DrawnOwnerKi
 
 /** Sections in one fold. */
 function foldedSection(title: string, sections: readonly Section[], stated: () => number = () => 0): Section {
-  const { element, count } = folded(title, ...sections.map((each) => each.element));
+  const { element, count } = foldElement(title, ...sections.map((each) => each.element));
   return {
     element,
     fields: sections.flatMap((each) => each.fields),

@@ -1,4 +1,4 @@
-/** Verdicts in an exported drawing, which has no page and no style sheet around it. */
+/** Draws verdicts into an exported SVG, which has no style sheet of the page. */
 
 import type { Diagram } from '../drawing/diagram';
 import { marksOf } from './markers';

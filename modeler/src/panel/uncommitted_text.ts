@@ -1,5 +1,5 @@
-/** Watch for text that a person types below an element; the answer says whether some is not committed yet. */
-export function watchTyping(element: HTMLElement): () => boolean {
+/** Watch the fields below an element, and return a function that says whether one has text that is not committed. */
+export function watchUncommittedText(element: HTMLElement): () => boolean {
   let typing = false;
   element.addEventListener('input', () => (typing = true), true);
   for (const ended of ['change', 'focusout']) {

@@ -1,4 +1,4 @@
-/** Topics whose names differ from that of a lonely event by a typing error. */
+/** Topics whose names differ by a typing error from that of an event without partner. */
 
 import type { EndpointView, View } from './view';
 

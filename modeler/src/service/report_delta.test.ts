@@ -3,7 +3,7 @@ import { describe, expect, it } from 'vitest';
 
 import { FindingSchema, GroupSchema, ReportSchema, Verdict } from '../gen/cqos/v1/report_pb';
 import { ReportDeltaSchema } from '../gen/cqos/v1/session_pb';
-import { applied } from './delta';
+import { applied } from './report_delta';
 
 const report = create(ReportSchema, {
   groups: ['a', 'b', 'c', 'd'].map((topic) => create(GroupSchema, { topic })),

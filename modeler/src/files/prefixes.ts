@@ -1,9 +1,9 @@
-/** One prefix, one namespace: bpmn-js would lose attributes of a known prefix that is bound to something else. */
+/** Binds a prefix to its namespace. bpmn-js would lose attributes whose prefix is bound to another one. */
 
 import { scan, type Element } from './xml';
 
-/** The text with the prefix bound to the namespace, and what it was bound to; null where nothing had to change. */
-export function normalise(text: string, prefix: string, namespace: string): { text: string; bound: string } | null {
+/** Return the text with the prefix bound to the namespace, and the former namespace; null where nothing had to change. */
+export function bindPrefix(text: string, prefix: string, namespace: string): { text: string; bound: string } | null {
   let root: Element;
   try {
     root = scan(text);

@@ -1,9 +1,9 @@
-/** What is too early to report while a person draws: markers and the status line say it already. */
+/** Leaves out findings that are premature while a person draws. Markers and the status line show them already. */
 
 import { Severity, type Finding, type Report } from '../gen/cqos/v1/report_pb';
 
-/** What a drawing has so far. */
-export interface SoFar {
+/** How far a drawing has come. */
+export interface DrawingState {
   readonly hasEndpoints: boolean;
   /** Whether a side of a finding is an element that was added just now, and has no partner yet. */
   isFresh(side: Finding['sides'][number], finding: Finding): boolean;
@@ -13,11 +13,11 @@ export interface SoFar {
 const NOTHING_COMPARED = 'CQ404';
 
 /** Return the findings that are worth a look now: all errors, and what a person would not expect. */
-export function withoutEarly({ findings, groups }: Report, soFar: SoFar): readonly Finding[] {
+export function withoutPremature({ findings, groups }: Report, drawingState: DrawingState): readonly Finding[] {
   const isEarly = (finding: Finding): boolean =>
-    (!soFar.hasEndpoints && !isAbout(finding)) ||
+    (!drawingState.hasEndpoints && !isAbout(finding)) ||
     (groups.length === 0 && finding.code === NOTHING_COMPARED) ||
-    (finding.sides.length > 0 && finding.sides.every((side) => soFar.isFresh(side, finding)));
+    (finding.sides.length > 0 && finding.sides.every((side) => drawingState.isFresh(side, finding)));
   return findings.filter((finding) => finding.severity === Severity.ERROR || !isEarly(finding));
 }
 

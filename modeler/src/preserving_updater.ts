@@ -1,5 +1,5 @@
 /**
- * Keeps in a file what was not edited. bpmn-js would put a moved shape behind all others of its process. It would also write the sizes of
+ * Keeps unedited parts of a file as they are. bpmn-js would put a moved shape behind all others of its process. It would also write the sizes of
  * labels as the fonts of this page make them.
  */
 
@@ -31,7 +31,7 @@ interface Opened {
 
 type Given = ConstructorParameters<typeof BpmnUpdater>;
 
-class FaithfulUpdater extends BpmnUpdater {
+class PreservingUpdater extends BpmnUpdater {
   private labels = new WeakMap<object, Opened>();
 
   constructor(registry: ElementRegistry, ...given: Given) {
@@ -72,7 +72,7 @@ class FaithfulUpdater extends BpmnUpdater {
     }
   }
 }
-FaithfulUpdater.$inject = ['elementRegistry', ...BpmnUpdater.$inject];
+PreservingUpdater.$inject = ['elementRegistry', ...BpmnUpdater.$inject];
 
 function drawingOf(shape: Shape): { label?: Stated } {
   return getDi(shape) as { label?: Stated };
@@ -90,4 +90,4 @@ function containerOf(parent: ModdleElement): ModdleElement | undefined {
   return parent.$instanceOf('bpmn:Lane') ? parent.$parent?.$parent && containerOf(parent.$parent.$parent) : parent;
 }
 
-export const faithfulUpdater = { bpmnUpdater: ['type', FaithfulUpdater] };
+export const preservingUpdater = { bpmnUpdater: ['type', PreservingUpdater] };

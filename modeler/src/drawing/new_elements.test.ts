@@ -1,7 +1,7 @@
 import { expect, it } from 'vitest';
 
 import type { Diagram } from './diagram';
-import { watchFresh } from './fresh';
+import { watchNewElements } from './new_elements';
 
 /** A modeler that hands on events, and the ids that are selected. */
 function drawing(settled: () => void) {
@@ -9,7 +9,7 @@ function drawing(settled: () => void) {
   let selected: string[] = [];
   const modeler = { on: (name: string, listener: (event: unknown) => void) => void heard.set(name, listener) };
   const selection = { get: () => selected.map((id) => ({ id })) };
-  const fresh = watchFresh({ modeler, selection } as unknown as Diagram, settled);
+  const fresh = watchNewElements({ modeler, selection } as unknown as Diagram, settled);
   return {
     fresh,
     add: (id: string) => heard.get('commandStack.shape.create.postExecuted')?.({ context: { shape: { id } } }),

@@ -4,7 +4,7 @@ import { Code, ConnectError } from '@connectrpc/connect';
 
 import type { Step } from '../drawing/diagram';
 import { documentsOf, fixSteps } from '../drawing/fixes';
-import { remedyText } from '../findings/words';
+import { remedyText } from '../findings/finding_text';
 import type { View } from '../findings/view';
 import type { Plan, PlannedChange } from '../gen/cqos/v1/plan_pb';
 import { button, make } from '../layout/dom';

@@ -13,7 +13,7 @@ export function nextId(start: string): string {
 let shown: HTMLElement | undefined;
 
 /** Hide the tooltip, for instance because its element is gone. */
-export function hideTip(): void {
+export function hideTooltip(): void {
   shown?.remove();
   shown = undefined;
 }
@@ -25,7 +25,7 @@ export function describe(element: HTMLElement, lines: readonly string[]): void {
     return;
   }
   const show = (): void => {
-    hideTip();
+    hideTooltip();
     shown = make('div', { class: 'tip', 'aria-hidden': 'true' }, ...words.map((line) => make('p', {}, line)));
     (element.closest('.frame') ?? document.body).append(shown);
     place(shown, element.getBoundingClientRect());
@@ -40,17 +40,17 @@ export function describe(element: HTMLElement, lines: readonly string[]): void {
   });
   element.addEventListener('pointerleave', () => {
     isInside = false;
-    hideTip();
+    hideTooltip();
   });
   element.addEventListener('focusin', (event) => {
     if ((event.target as HTMLElement).matches(':focus-visible')) {
       show();
     }
   });
-  element.addEventListener('focusout', hideTip);
+  element.addEventListener('focusout', hideTooltip);
   element.addEventListener('keydown', (event) => {
     if (event.key === 'Escape') {
-      hideTip();
+      hideTooltip();
     }
   });
 }

@@ -1,11 +1,11 @@
-/** Folded parts of the panel; they stay open or closed while other elements are selected. */
+/** Parts of the panel that fold. They stay open or closed while other elements are selected. */
 
 import { make } from '../layout/dom';
 
 const open = new Set<string>();
 
 /** Make a folded part; `count` shows how many settings in it are stated. */
-export function folded(
+export function foldElement(
   title: string,
   ...content: readonly HTMLElement[]
 ): { readonly element: HTMLDetailsElement; count(stated: number): void } {

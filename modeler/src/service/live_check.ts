@@ -3,7 +3,7 @@ import { Code, ConnectError } from '@connectrpc/connect';
 
 import type { DescribedEndpoint, DescribedParticipant } from '../gen/cqos/v1/check_pb';
 import type { Problem, Report } from '../gen/cqos/v1/report_pb';
-import { applied } from './delta';
+import { applied } from './report_delta';
 import { failure } from './failures';
 import type { Services } from './transport';
 

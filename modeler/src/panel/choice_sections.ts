@@ -4,9 +4,9 @@ import { DrawnMeaning, DrawnOwnerKind, type Pack } from '../gen/cqos/v1/catalogu
 import { is, text, type Shape } from '../drawing/diagram';
 import { protocolOf } from '../drawing/events';
 import { attributeFor, wordFor } from '../drawing/form';
-import type { Owner } from '../drawing/stores';
+import type { Owner } from '../drawing/setting_stores';
 import { make } from '../layout/dom';
-import { describe, nextId } from '../layout/tip';
+import { describe, nextId } from '../layout/tooltip';
 import type { Page } from '../page';
 import type { Section } from './settings';
 

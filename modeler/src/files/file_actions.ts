@@ -1,4 +1,4 @@
-/** What a person does with files: new, open, save, drop, recent, and what the page does so that no work is lost. */
+/** The commands on files: new, open, save, drop, recent. Drafts and questions keep work from being lost. */
 
 import { ask } from '../layout/dialog';
 import type { Companion, Notice, Regions } from '../workspace';
@@ -14,8 +14,8 @@ const BPMN = 'http://www.omg.org/spec/BPMN/20100524/MODEL';
 const KEEP_AFTER = 800;
 const LOOK_EVERY = 2000;
 
-/** What the desk works on. */
-export interface Desktop {
+/** What the commands on files work on. */
+export interface FileContext {
   readonly diagram: Diagram;
   readonly regions: Regions;
   readonly named: readonly Place[];
@@ -26,7 +26,7 @@ export interface Desktop {
   shown(): void;
 }
 
-export class Desk {
+export class FileActions {
   private readonly recovery: Recovery;
   private keeping: ReturnType<typeof setTimeout> | undefined;
   private isLooking = false;
@@ -34,7 +34,7 @@ export class Desk {
   /** Whether the service missed the last change of what is kept. */
   private isMissed = false;
 
-  constructor(private readonly desktop: Desktop) {
+  constructor(private readonly desktop: FileContext) {
     this.recovery = createRecovery(desktop.drafts, (why) => this.keptOutside(why));
   }
 
@@ -303,7 +303,7 @@ export class Desk {
     }
   }
 
-  /** Look whether another program wrote the file. */
+  /** Check whether another program wrote the file. */
   private async look(): Promise<void> {
     const { source } = this.desktop.diagram;
     if (this.isLooking || document.hidden || source.place === null || source.tag === null) {
