@@ -1,4 +1,4 @@
-"""The group of commands, each imported when it is run, and what becomes of errors."""
+"""The group of all commands. Each is imported when it runs, and errors become messages."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _WIDEST_HELP = 120  # wider lines are hard to read
 
 
 class Commands(click.Group):
-    """The commands that plugins register, ours among them; help lists them without importing any."""
+    """The commands that plugins register, ours among them. Help lists them without importing any."""
 
     prefix = ""
-    """The first word of the names of these commands, and a space; empty for those without."""
+    """The first word that all names of the group begin with, and a space; empty for the top group."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
-        """Name them, ours first; a group of commands by its word."""
+        """Return the names, ours first. Commands of several words appear as their first word."""
         names = (name.removeprefix(self.prefix) for name in load_plugins().commands if name.startswith(self.prefix))
         return list(dict.fromkeys(name.partition(" ")[0] for name in names))
 
     def summaries(self) -> dict[str, str]:
-        """Return what plugins say about each command; that of a group is the first of its commands'."""
+        """Return the summary of each command. A group has that of its first command."""
         found: dict[str, str] = {}
         for info in load_plugins().commands.values():
             if info.name.startswith(self.prefix):
@@ -72,7 +72,7 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is called, or say which one may have been meant."""
+        """Find the command, or refuse the name and propose a similar one."""
         known = self.list_commands(ctx)
         if args[0] not in known and not args[0].startswith("-"):
             from cqos_core.model.spelling import nearest
@@ -84,7 +84,7 @@ class Commands(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - click's signature
-        """Write the list of commands from what plugins say about them."""
+        """Write the list of commands with the summaries that plugins register."""
         plugins = load_plugins()
         for title, shipped in (("Commands", True), ("Commands of plugins", False)):
             rows = [
@@ -98,7 +98,7 @@ class Commands(click.Group):
 
 
 def _refuse_absent(prefix: str, arguments: Sequence[str]) -> None:
-    """Refuse a command that is not installed, but could be.
+    """Refuse a command whose distribution is not installed.
 
     Raises:
         MissingError: with the line that installs it; for the first word of several commands, with each.
@@ -154,7 +154,7 @@ cli.params += help_options()
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit code; every error becomes words on standard error."""
+    """Run the command, and return its exit code. Errors are printed on standard error."""
     if _COMPLETING in os.environ:  # a shell asks what could come next
         cli.main(prog_name="cqos")
     given = sys.argv[1:] if arguments is None else list(arguments)
@@ -193,7 +193,7 @@ def _run(arguments: list[str], this: Run) -> int:
 
 
 def _context_of(arguments: Sequence[str]) -> click.Context:
-    """Return the context of the command that arguments begin with; click does not give it with each error."""
+    """Return the click context of the command in ``arguments``: some errors of click lack it."""
     command: click.Command = cli
     ctx = click.Context(command, info_name="cqos")
     for word in arguments:
@@ -205,7 +205,7 @@ def _context_of(arguments: Sequence[str]) -> click.Context:
 
 
 def _report_absent_option(error: click.NoSuchOption) -> bool:
-    """Say what brings an option of commands that read systems, where that is not installed; return whether it is not."""
+    """Print how to install an option of commands that read systems; return whether it is one that is not installed."""
     if error.ctx is None or not getattr(error.ctx.command.callback, READS_SYSTEMS, False):
         return False
     from cqos_core.model.features import absent, missing
@@ -217,7 +217,7 @@ def _report_absent_option(error: click.NoSuchOption) -> bool:
 
 
 def _silence() -> None:
-    """Give Python something to flush at its end that does not fail."""
+    """Replace the standard streams, so that their flush at the end of Python cannot fail."""
     sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - it stays open
 
 

@@ -1,4 +1,4 @@
-"""``cqos breaking``: what an update of a system breaks while only some participants have it."""
+"""``cqos breaking``: find pairs that break while only some participants are updated."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _usable(loaded: Loaded, color: str, paths: Sequence[str]) -> bool:
 def _compare(
     reader: InputReader, new: Loaded, old: Loaded, color: str, *, together: bool
 ) -> Iterator[ComparedVersions]:
-    """Yield each system that both versions have; one system of each is compared whatever their names are."""
+    """Yield the comparison of each system that both versions have. Single systems are compared whatever their names are."""
     now, before = (check_units(each, "together" if together else "")[0] for each in (new, old))
     known = {_name(unit): unit for unit in before}
     for unit in now:

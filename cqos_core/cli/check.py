@@ -1,4 +1,4 @@
-"""``cqos check``: read, check, report."""
+"""``cqos check``: read systems, check them, and report."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 @dataclass(frozen=True, slots=True)
 class CheckOptions:
-    """What the command line says beside paths and reading; the fields are the parameters of the options below."""
+    """The options of ``cqos check`` that are not about reading; each field is the parameter of an option below."""
 
     each: bool
     together: bool
@@ -201,7 +201,7 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
 def _check_once(
     ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, options: CheckOptions
 ) -> tuple[int, list[str]]:
-    """Check everything once; return the exit code, and the files on which it depends."""
+    """Check all paths once; return the exit code, and the files on which the result depends."""
     reader = prepare_reader(reading, paths)
     config = reader.config
     sinks = pair_outputs(ctx, options.formats, options.outputs, _default_format(config))
@@ -243,7 +243,7 @@ def _check_once(
 
 
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
-    """Refuse what does not go with changing files."""
+    """Refuse options and paths that --fix and --diff cannot be combined with."""
     if other is not None:
         what = "--fix and --diff go with neither --server nor --write-baseline"
         raise WrongUsageError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
@@ -261,7 +261,7 @@ def _default_format(config: Config) -> str:
 
 
 def _read_known_findings(baseline: str | None, written: str | None) -> Baseline | None:
-    """Read the baseline, which need not be there yet if this is the run that writes it."""
+    """Read the baseline; None without one, and where this run writes that very file."""
     if baseline is None or (written is not None and os.path.realpath(baseline) == os.path.realpath(written)):
         return None
     from cqos_core.analysis.baseline import read_baseline  # which few runs need
@@ -270,7 +270,7 @@ def _read_known_findings(baseline: str | None, written: str | None) -> Baseline 
 
 
 class _CheckedSystem(NamedTuple):
-    """One system that was checked: its path, what was found, and the configuration that holds for it."""
+    """One checked system: its path, its report, and the configuration in force."""
 
     path: str
     report: Report
@@ -284,34 +284,35 @@ class _CheckRun:
     """One run of ``cqos check``.
 
     Attributes:
-        counted: leaves the findings that count.
-        shown: the rules that --show names.
+        finding_filter: keeps the findings that --select and --ignore leave.
+        shown_codes: codes of the rules that --show names.
         loaded: what was read.
         reports: one per system.
-        how: how files were put together as systems.
-        entered: what was taken without being named.
-        obstacles: why paths are not read although no file is wrong.
-        empty: what to say of paths in which something was expected, and nothing could be checked.
-        refused: why fixes were not written.
+        grouping_note: a note on how files were grouped into systems.
+        input_notes: notes on inputs that were found without being named.
+        path_problems: problems of paths that need a choice or another command.
+        empty_messages: messages about paths in which nothing could be checked.
+        has_begun_file: an empty path holds a system file that has been begun.
+        refused_fixes: why fixes were not written.
     """
 
     reader: InputReader
     options: CheckOptions
-    counted: FindingFilter
-    known: Baseline | None
-    shown: tuple[str, ...] = ()
+    finding_filter: FindingFilter
+    baseline: Baseline | None
+    shown_codes: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
     reports: list[_CheckedSystem] = field(default_factory=list)
-    how: str = ""
+    grouping_note: str = ""
     sources: dict[str, bytes] = field(default_factory=dict)
-    entered: list[str] = field(default_factory=list)
-    obstacles: list[Problem] = field(default_factory=list)
-    empty: list[str] = field(default_factory=list)
-    begun: bool = False
+    input_notes: list[str] = field(default_factory=list)
+    path_problems: list[Problem] = field(default_factory=list)
+    empty_messages: list[str] = field(default_factory=list)
+    has_begun_file: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
     fixes: list[FixOutcome] = field(default_factory=list)
-    refused: list[str] = field(default_factory=list)
+    refused_fixes: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
     def run(self, paths: Sequence[str]) -> None:
@@ -320,7 +321,7 @@ class _CheckRun:
         with Progress("reading", quiet=options.quiet) as progress:
             self.loaded = self.reader.load(paths, progress.step)
             grouping = "each" if options.each else "together" if options.together else ""
-            found, self.how = check_units(self.loaded, grouping)
+            found, self.grouping_note = check_units(self.loaded, grouping)
             progress.start("checking")
             alone = len(found) == 1
             for number, unit in enumerate(found):
@@ -331,29 +332,33 @@ class _CheckRun:
                 [each.report for each in self.reports], [each.config.sources for each in self.reports]
             )
             self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
-        self.entered, self.obstacles = input_notes(self.loaded, paths), path_problems(self.loaded, paths)
-        unsaid = not self.loaded.problems and not self.obstacles and not self.empty
+        self.input_notes, self.path_problems = input_notes(self.loaded, paths), path_problems(self.loaded, paths)
+        unsaid = not self.loaded.problems and not self.path_problems and not self.empty_messages
         if unsaid and not any(each.endpoints or each.partial for each in reports):
-            self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
+            self.empty_messages.append(
+                f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found"
+            )
 
     def _check(self, unit: CheckUnit, step: Callable[[int, int], None], *, alone: bool) -> None:
         reader, options = self.reader.nearest(unit.path), self.options
         system = reader.merged_for_check(unit.systems)
-        report = self.counted(self._judged(system, reader, step))
+        report = self.finding_filter(self._judged(system, reader, step))
         if (options.fix or options.show_diff) and report.findings:
             from cqos_core.cli.check_fixes import fix_unit
 
-            done = fix_unit(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
+            done = fix_unit(
+                unit, system, reader, self.finding_filter, write=not options.show_diff, weaken=options.weaken
+            )
             system, report = done.system, done.report
             self.diffs.append(done.diff)
             self.fixes.append(done)
             if done.refused:
-                self.refused.append(done.refused)
+                self.refused_fixes.append(done.refused)
         if not report.endpoints and not report.partial:
             only_profiles = bool(system.profiles) and not (system.endpoints or system.bridges)
             if unit.named and (alone or not only_profiles):
-                self.empty.append(_nothing_checked(unit.path, len(system.endpoints)))
-                self.begun |= not system.endpoints and any(starmap(claims_yaml, system.sources.items()))
+                self.empty_messages.append(_nothing_checked(unit.path, len(system.endpoints)))
+                self.has_begun_file |= not system.endpoints and any(starmap(claims_yaml, system.sources.items()))
             elif all(finding.code == "CQ404" for finding in report.findings):
                 # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
                 self.passed_over += 1
@@ -379,19 +384,19 @@ class _CheckRun:
         """Return the files on which the result depends."""
         config = self.reader.config
         read = (each.file.path for each in self.loaded.outcomes)
-        others = (*config.packs, *self.reader.options.pack_files, *([self.known.path] if self.known else ()))
+        others = (*config.packs, *self.reader.options.pack_files, *([self.baseline.path] if self.baseline else ()))
         return [*read, *self.sources, *config.sources, *others]
 
     def finish(self, sinks: Sequence[OutputTarget]) -> int:
         """Write everything and return the exit code."""
         found = self.reports
-        if self.known is not None:
-            self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
-        say_problems([*self.loaded.problems, *self.obstacles], self.options.color)
+        if self.baseline is not None:
+            self.reports = [each._replace(report=self.baseline.mark(each.report, each.path)) for each in found]
+        say_problems([*self.loaded.problems, *self.path_problems], self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        unreadable = self.loaded.problems or (self.obstacles and not self.loaded.detected.open)
-        if unreadable or self.empty or self.refused or not written:
+        unreadable = self.loaded.problems or (self.path_problems and not self.loaded.detected.open)
+        if unreadable or self.empty_messages or self.refused_fixes or not written:
             return UNUSABLE
         if self.loaded.detected.open:
             return FINDINGS
@@ -403,7 +408,7 @@ class _CheckRun:
         return FINDINGS if any(missed) or any(failed) else CLEAN
 
     def _nothing_compared(self) -> bool:
-        """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
+        """Whether pairs are required, by a whole system or by --require-pairs, and none was compared."""
         required = self.options.require_pairs or any(each.report.misses_pairs for each in self.reports)
         missed = required and not any(each.report.pair_count for each in self.reports)
         if missed:
@@ -411,7 +416,7 @@ class _CheckRun:
         return missed
 
     def _too_little_read(self) -> bool:
-        """Whether less was read of a system than the caller requires."""
+        """Whether the coverage of a system is below --require-coverage."""
         required = self.options.require_coverage
         if required is None:
             return False
@@ -427,7 +432,7 @@ class _CheckRun:
     def _write(self, sinks: Sequence[OutputTarget]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
-        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.obstacles]
+        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.path_problems]
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
             if self.options.quiet and sink.path == STDOUT:
                 continue
@@ -453,8 +458,8 @@ class _CheckRun:
             apart="all" in shown,
             losses=_LOSSES in shown,
             coverage=_COVERAGE in shown or "all" in shown,
-            codes=self.shown,
-            listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
+            codes=self.shown_codes,
+            listed=bool(self.shown_codes) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
@@ -474,7 +479,7 @@ class _CheckRun:
         target = self.options.write_baseline
         if target is None:
             return True
-        if self.loaded.problems or self.obstacles:
+        if self.loaded.problems or self.path_problems:
             self._fault(f"{target} is not written: findings in what cannot be read would be missing from it")
             return False
         # Only where several systems are checked can one hide behind another's entry.
@@ -490,16 +495,16 @@ class _CheckRun:
         return True
 
     def _say_rest(self) -> None:
-        """Say on standard error what was left out, and why nothing may have been checked."""
-        for message in (*self.empty, *self.refused):
+        """Print notes on what was left out, and errors about paths in which nothing was checked."""
+        for message in (*self.empty_messages, *self.refused_fixes):
             self._fault(message)
-        if self.begun:
+        if self.has_begun_file:
             say(f"write `{SMALLEST_SYSTEM}`", severity="help", choice=self.options.color)
         loaded = self.loaded
-        for note in self.entered:
+        for note in self.input_notes:
             self._note(note)
         for applies, text in (
-            (self.how, self.how),
+            (self.grouping_note, self.grouping_note),
             (loaded.not_searched, f"not searched: {listed(loaded.not_searched)}; name such a folder to search it"),
             (loaded.skipped, f"{plural(loaded.skipped, 'file')} of other formats skipped"),
             (loaded.parts, _parts(loaded.parts)),
@@ -507,10 +512,10 @@ class _CheckRun:
         ):
             if applies:
                 self._note(text)
-        gone = 0 if self.known is None else self.known.gone(each.path for each in self.reports)
-        if self.known is not None and gone and not loaded.problems:
+        gone = 0 if self.baseline is None else self.baseline.gone(each.path for each in self.reports)
+        if self.baseline is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
-            self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+            self._note(f"{entries} of {self.baseline.path} found no more; write it anew with --write-baseline")
         if self.fixes:
             from cqos_core.cli.check_fixes import fix_summary
 

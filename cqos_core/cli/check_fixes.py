@@ -1,4 +1,4 @@
-"""What ``cqos check --fix`` and ``--diff`` do with one system: apply fixes to its files, or print them."""
+"""``cqos check --fix`` and ``--diff`` for one system: apply fixes to its files, or print them."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def _on(finding: Finding) -> str:
 
 
 def fix_summary(outcomes: Sequence[FixOutcome], options: Sequence[str], *, write: bool) -> Iterator[str]:
-    """Yield what was fixed, what needs a decision, and the commands that propose one; ``options`` are those about reading."""
+    """Yield lines on what was fixed, what needs a decision, and the commands that propose changes; ``options`` are those about reading."""
     done = [outcome for outcome in outcomes if not outcome.refused]
     verb, fixed = "fixed" if write else "would fix", [text for outcome in done for text in outcome.fixed]
     left = [text for outcome in done for text in outcome.left]

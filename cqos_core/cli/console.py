@@ -1,4 +1,4 @@
-"""What the command prints: results to standard output, all else to standard error."""
+"""Prints results on standard output, and all messages on standard error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ROLES = {"warning", "note", "help"}
 
 
 def colored(choice: str, stream: TextIO | None) -> bool:
-    """Whether to write colours to ``stream``.
+    """Whether to print colours on ``stream``.
 
     ``auto`` asks the variables ``NO_COLOR`` and ``FORCE_COLOR``, then the terminal and ``TERM``.
     """
@@ -39,7 +39,7 @@ def colored(choice: str, stream: TextIO | None) -> bool:
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Whether a person reads ``stream`` as it is written."""
+    """Whether ``stream`` is a terminal."""
     try:
         return stream is not None and stream.isatty()
     except ValueError:  # it is closed
@@ -47,7 +47,7 @@ def is_terminal(stream: TextIO | None) -> bool:
 
 
 def width() -> int:
-    """Columns of the terminal, or of what takes its place."""
+    """Return the columns of the terminal: those of ``COLUMNS``, else as the terminal says."""
     stated = os.environ.get("COLUMNS", "")
     if stated.isascii() and stated.isdigit() and int(stated):
         return int(stated)
@@ -58,9 +58,9 @@ def width() -> int:
 
 
 def say(text: str, *, severity: str = "", head: str = "", choice: str = "auto", lines: bool = False) -> None:
-    """Write one message to standard error: ``warning: text``, or ``head text``.
+    """Print one message on standard error: ``warning: text``, or ``head text``.
 
-    A closed output is no reason to fail. Text of several ``lines`` must be clean.
+    A closed output is ignored. Text of several ``lines`` must be clean already.
     """
     colors = paint(color=colored(choice, sys.stderr))
     lead = f"{severity}:" if severity else head
@@ -70,7 +70,7 @@ def say(text: str, *, severity: str = "", head: str = "", choice: str = "auto", 
 
 
 def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
-    """Write what is wrong with inputs to standard error, each with its place, the line there, and what to do."""
+    """Print problems of inputs on standard error, each with its place, the line there, and help."""
     # Most runs have no problem to show, and `--help` has none.
     from cqos_core.formatters.full import render_excerpt
     from cqos_core.model.entrance import ProblemWithLines
@@ -94,7 +94,7 @@ def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
 
 
 def _content(path: str) -> bytes | None:
-    """The bytes of a file that a problem is about; None where it is no file of readable size."""
+    """Return the bytes of a file; None if it is not a regular file, or too large to show."""
     try:
         if not os.path.isfile(path) or os.path.getsize(path) > _SHOWN_BYTES:  # noqa: PTH113, PTH202 - `pathlib` takes 3 ms
             return None
@@ -105,9 +105,9 @@ def _content(path: str) -> bytes | None:
 
 
 def emit(text: str) -> None:
-    """Write a result to standard output.
+    """Print a result on standard output.
 
-    Where the reader has gone away (``cqos … | head``) the rest is dropped: what was found is still the exit code.
+    If the reader is gone (``cqos … | head``), the rest is dropped, and the exit code stays.
 
     Raises:
         CqosError: it cannot be written, because a disk is full, say.
@@ -136,7 +136,7 @@ def _write(text: str) -> None:
 
 
 def _discard_output() -> None:
-    """Send what is still buffered nowhere, or Python would complain about it at its end."""
+    """Redirect standard output to the null device, so that the flush at the end of Python succeeds."""
     with contextlib.suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

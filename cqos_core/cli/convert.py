@@ -1,4 +1,4 @@
-"""``cqos convert``: a system, or only its fixes, written in another form."""
+"""``cqos convert``: write a system, or only its fixes, in another form."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
 def _export(
     info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], fixed: FixedSystem | None
 ) -> Exported:
-    """Let the exporter write.
+    """Run the exporter.
 
     Raises:
         CqosError: the exporter is a plugin's and failed, or returned what cannot be written.
@@ -162,7 +162,7 @@ def _export(
 
 
 def _say_fixed(fixed: FixedSystem, color: str) -> bool:
-    """Say what was changed and what was not; return whether anything was."""
+    """Print which errors were fixed and which were not; return whether any was fixed."""
     for error in fixed.left:
         say(f"still there: {error.message} ({error.code})", severity="warning", choice=color)
     for each in fixed.applied:

@@ -1,4 +1,4 @@
-"""``cqos diff``: what two systems say differently."""
+"""``cqos diff``: list the differences of two systems."""
 
 from __future__ import annotations
 

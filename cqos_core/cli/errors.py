@@ -1,4 +1,4 @@
-"""How the command refuses: ``error: WHAT``, then ``help: WRITE THIS``."""
+"""Error messages of the command: ``error: WHAT``, then ``help: WRITE THIS``."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ class WrongUsageError(click.BadParameter):
         *,
         of: str = "",
     ) -> None:
-        """Say what is wrong; ``of`` names the option or argument where click does not know it."""
+        """Describe the mistake; ``of`` names the option or argument if click does not know it."""
         super().__init__(what, ctx, param, of or None)
         self.help = help
 
 
 def wrong_usage(option: str, what: str, help: str = "") -> WrongUsageError:  # noqa: A002 - as of a problem
-    """Return the error of an option or argument whose value is of no use."""
+    """Return the error for an option or argument with a wrong value."""
     return WrongUsageError(what, help, of=option)
 
 
 def say_error(what: str, help: str = "", choice: str = "auto") -> None:  # noqa: A002 - as of a problem
-    """Write an error to standard error: what is wrong, then what to write, each line of it."""
+    """Print an error and its help lines on standard error."""
     say_lines(what, "error", choice)
     for line in help.splitlines():
         say(line, severity="help", choice=choice)
 
 
 def say_lines(text: str, severity: str, choice: str = "auto") -> None:
-    """Write a message of several lines to standard error."""
+    """Print a message of several lines on standard error."""
     for number, line in enumerate(text.splitlines()):
         say(line, severity="" if number else severity, choice=choice)
 
 
 def say_usage_error(error: click.ClickException, where: click.Context | None = None) -> None:
-    """Write wrong usage to standard error; without advice of its own, the usage of the command is the advice.
+    """Print a usage error. Without help of its own, it shows the usage of the command.
 
-    ``where`` it happened, for errors that do not know it.
+    ``where`` is the context, for errors that lack it.
     """
     if isinstance(error, click.exceptions.NoArgsIsHelpError):
-        click.echo(short_help(error.ctx), err=True)  # which is what was wanted
+        click.echo(short_help(error.ctx), err=True)  # the help is all that was asked for
         return
     what, help = _message_and_help(error)  # noqa: A001 - as of a problem
     ctx = error.ctx if isinstance(error, click.UsageError) and error.ctx is not None else where
@@ -58,7 +58,7 @@ def say_usage_error(error: click.ClickException, where: click.Context | None = N
 
 
 def say_cqos_error(error: CqosError, choice: str = "auto") -> None:
-    """Write an error that C-QoS raised to standard error; all problems of inputs have their places."""
+    """Print an error of C-QoS; problems of inputs with their places."""
     if isinstance(error, InputError):
         say_problems(error.problems, choice)
     else:
@@ -66,7 +66,7 @@ def say_cqos_error(error: CqosError, choice: str = "auto") -> None:
 
 
 def _message_and_help(error: click.ClickException) -> tuple[str, str]:
-    """Return what is wrong and what to write, in our words where click has its own."""
+    """Return message and help of an error of click, in the words of C-QoS."""
     advice = getattr(error, "help", "")
     if isinstance(error, click.NoSuchOption):
         return f"there is no option `{error.option_name}`", "" if error.ctx is None else _option(error, error.ctx)
@@ -80,7 +80,7 @@ def _message_and_help(error: click.ClickException) -> tuple[str, str]:
 
 
 def _option(error: click.NoSuchOption, ctx: click.Context) -> str:
-    """Return the advice for an option that there is not."""
+    """Return advice for an unknown option."""
     from cqos_core.model.spelling import nearest
 
     names = [name.lstrip("-") for each in ctx.command.params if isinstance(each, click.Option) for name in each.opts]
@@ -89,7 +89,7 @@ def _option(error: click.NoSuchOption, ctx: click.Context) -> str:
 
 
 def _name(error: click.BadParameter) -> str:
-    """Return the option or argument that an error is about, as the user writes it."""
+    """Return the option or argument of an error, as the user writes it."""
     if error.param_hint is not None:
         return error.param_hint if isinstance(error.param_hint, str) else "/".join(error.param_hint)
     if isinstance(error.param, click.Option):
@@ -105,7 +105,7 @@ def _usage(ctx: click.Context) -> str:
 
 
 def _required(ctx: click.Context) -> list[str]:
-    """Return what a command line needs: the arguments, and options without which it means nothing."""
+    """Return the arguments and required options of a command."""
     arguments = [each.make_metavar(ctx) for each in ctx.command.params if isinstance(each, click.Argument)]
     options = [
         f"{max(each.opts, key=len)} {(each.metavar or each.type.name).upper()}"

@@ -1,4 +1,4 @@
-"""``cqos explain``: whether one pair fits, why, and what to write."""
+"""``cqos explain``: explain the verdict of one pair, and what to change."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def _style(system: System, color: str, importer: str | None) -> Style:
 
 
 def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Tell paths from ids: the last two are ids unless there are too few, or all of them are paths."""
+    """Split arguments into paths and two ids. Without ids, all arguments are paths."""
     if len(arguments) == 1 or all(each == STDIN or os.path.exists(each) for each in arguments):  # noqa: PTH110
         return arguments, ()
     if len(arguments) == 2:  # noqa: PLR2004 - a path and half of the ids
@@ -149,7 +149,7 @@ def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]
 
 
 def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
-    """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
+    """Return publisher and subscriber, in whichever order they are named; print errors and return None if one is not found."""
     found = pair_named(ids, endpoints)
     for error in found if isinstance(found, list) else ():
         say_error(error.what, error.help)
@@ -157,7 +157,7 @@ def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved
 
 
 def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolved]:
-    """Of more endpoints than a screen holds, those on topics of the ones that ``ids`` name, or nearly name."""
+    """Return the endpoints to list below an error: all, or if they fill more than a screen, those on topics with a similar id."""
     if len(endpoints) <= _SCREEN:
         return endpoints
     from difflib import get_close_matches
@@ -169,6 +169,6 @@ def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolve
 
 
 def _report(pair: PairReport, publisher: Resolved, subscriber: Resolved) -> Report:
-    """Put the pair into the form that formatters take."""
+    """Return a report of the pair alone."""
     group = Group(publisher.shown, (publisher.id,), (subscriber.id,), pair.verdict, publisher.pack.id)
     return Report(pair.verdict, (group,), pair.findings, endpoints=2, topics=1, assumed=pair.assumed)

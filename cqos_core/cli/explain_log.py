@@ -1,4 +1,4 @@
-"""``cqos explain --log``: what running programs print about incompatible endpoints, explained."""
+"""``cqos explain --log``: explain log lines about incompatible endpoints."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
 
 
 def _report(explained: Sequence[Explained]) -> Report:
-    """Put the pairs that are meant and their findings into the form that formatters take."""
+    """Return a report of the pairs that the log lines are about."""
     pairs = dict.fromkeys(pair for each in explained for pair in each.pairs)
     findings = {id(finding): finding for each in explained for finding in each.findings}
     protocol = explained[0].occurrence.misfit.protocol if explained else ""

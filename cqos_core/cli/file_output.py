@@ -1,4 +1,4 @@
-"""Files that the command writes: each whole or not at all, with errors for people."""
+"""Writes files whole or not at all, and turns errors of the system into messages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cqos_core.model.problems import CqosError
 
 
 def replace_files(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> None:
-    """Write new contents of files that were read: of none where one of them changed since.
+    """Replace the contents of files; none is replaced if one of them changed since it was read.
 
     Args:
         texts: the new contents by path.
@@ -50,7 +50,7 @@ def write_file(path: str, text: str) -> None:
 
 @contextlib.contextmanager
 def _named_errors(path: str = "") -> Iterator[None]:
-    """Say which file is not written, and why; ``path`` is as the user wrote it."""
+    """Turn errors of the system into errors that name the file; ``path`` is as the user wrote it."""
     from cqos_core.files.atomic_writes import ChangedFileError
 
     try:

@@ -1,4 +1,4 @@
-"""``--select`` and ``--ignore``: which findings are reported."""
+"""``--select`` and ``--ignore``: choose which findings are reported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FindingFilter:
-    """Which findings count: those of ``selected`` rules, or of all if empty, but not the ``ignored``.
+    """Keeps findings of ``selected`` rules (all if empty) that are not ``ignored``.
 
     Rules are beginnings of codes, in lower case. A finding of several rules counts as long as one of them does.
     """
@@ -32,7 +32,7 @@ class FindingFilter:
     ignored: tuple[str, ...] = ()
 
     def __call__(self, report: Report) -> Report:
-        """Return the report without findings that do not count; verdicts of pairs stay as they are."""
+        """Return the report with the kept findings only; verdicts of pairs do not change."""
         if not self.selected and not self.ignored:
             return report
         return replace(report, findings=tuple(filter(self._counts, report.findings)))
@@ -43,10 +43,10 @@ class FindingFilter:
 
 
 def filter_of_options(select: Sequence[str], ignore: Sequence[str], context: Context) -> FindingFilter:
-    """Read the values of both options.
+    """Return the filter for the values of both options.
 
     Raises:
-        RefusedError: no rule is meant by one of them.
+        RefusedError: a value names no rule.
     """
     if not select and not ignore:
         return FindingFilter()
@@ -57,7 +57,7 @@ def filter_of_options(select: Sequence[str], ignore: Sequence[str], context: Con
 
 
 def code_prefixes(option: str, values: Sequence[str], context: Context, words: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the beginnings of codes, in lower case, that an option names beside the ``words`` that it takes, too.
+    """Return the beginnings of codes, in lower case, that the values of an option name. The option also takes ``words``.
 
     Raises:
         RefusedError: one of the values is neither a word nor a rule.
@@ -88,7 +88,7 @@ def _rules(
 
 
 def _known(context: Context) -> list[tuple[str, str]]:
-    """Return the codes, names, and former codes and names of all rules, each with the code that has them now."""
+    """Return all codes and names of rules, also former ones, each with the present code."""
     from cqos_core.model.codes import CODES
 
     found: list[Rule | CodeInfo] = [*CODES.values()]

@@ -1,4 +1,4 @@
-"""``cqos init``: a commented configuration for what lies in a folder."""
+"""``cqos init``: write a commented configuration for a folder."""
 
 from __future__ import annotations
 

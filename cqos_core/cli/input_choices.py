@@ -1,4 +1,4 @@
-"""What commands say of paths that are read with an option that the caller did not give, or that need one; with the lines to write."""
+"""Notes and problems about inputs that were detected at a path, with the command lines that read them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _FOLDERS: Final = 5
 
 
 def input_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
-    """Return what was taken without being named, and what is not read because of it."""
+    """Return notes on inputs that are read without being named, and on files that are not read because of them."""
     detected = loaded.detected
     notes = [
         f"{' and '.join(item.entrance.reason for item in same)}, so {'they are' if same[1:] else 'it is'} checked, "
@@ -52,13 +52,13 @@ def input_notes(loaded: Loaded, paths: Sequence[str]) -> list[str]:
 
 
 def choice_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
-    """Return what a person has to choose, for each path, with the line to write for each choice."""
+    """Return a problem for each path that offers several inputs, with the command line of each."""
     by_path = grouped((item.path, item) for item in loaded.detected.open)
     return [_problem(path, detected, loaded, paths) for path, detected in by_path.items()]
 
 
 def command_problems(loaded: Loaded) -> list[Problem]:
-    """Return which commands lead to a check where nothing at a path can be read."""
+    """Return a problem for each path that only another command makes readable, with its command lines."""
     return [
         ProblemWithLines("CQ003", item.entrance.message, Place(item.path), "write", item.entrance.commands)
         for item in loaded.detected.beside
@@ -103,7 +103,7 @@ def _listed(parts: Sequence[tuple[File, ImporterInfo]], most: int) -> Iterator[s
 
 
 def _named(file: File, info: ImporterInfo) -> str:
-    """Return what a person names to have a file checked: its folder, if all files of the format have one name."""
+    """Return the path to name for a file: its folder, if all files of the format have the same name."""
     folder, name = os.path.split(file.path)
     return folder if name in info.suffixes else file.path
 
@@ -113,7 +113,7 @@ def _option(item: DetectedInput) -> str:
 
 
 def _command(detected: Sequence[DetectedInput], paths: Sequence[str]) -> str:
-    """Return the command as it was written, with the folder that is read and the value of its switch, or the first choice."""
+    """Return the command line with the folder to read and the option that reads it."""
     words, folder = _words(paths), detected[0].entrance.folder
     for item in detected:
         if folder != item.path and item.path in words:
@@ -124,7 +124,7 @@ def _command(detected: Sequence[DetectedInput], paths: Sequence[str]) -> str:
 
 
 def command_with_folder(info: ImporterInfo, value: str, paths: Sequence[str]) -> str:
-    """Return the command as it was written, with the folder in which ``value`` of the switch for folders is looked up."""
+    """Return the command line with the folder in which ``value`` of the option for folders is looked up."""
     found = info.load_entrances()(value, None) if info.entrances and os.path.isfile(value) else ()  # noqa: PTH113
     read = {each: info.load_entrances()(each, None) for each in paths if os.path.isfile(each)}  # noqa: PTH113
     folder = next((each.folder for each in found if each.value), ".")

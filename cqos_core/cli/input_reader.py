@@ -44,12 +44,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class InputReader:
-    """Reads paths as the command line and the configuration ask, and lays over the systems what these say.
+    """Reads paths under the options of the command line and of the configuration.
 
     Attributes:
-        config: of the project, or empty.
-        context: the packs, those of --pack among them.
-        folders: what was read as one folder, by path.
+        config: the configuration of the project, or an empty one.
+        context: the rule packs, with those of --pack.
+        folders: sources that were read as one folder, by path.
     """
 
     options: ReadingOptions
@@ -66,7 +66,7 @@ class InputReader:
         return self.options.protocol or self.config.protocol
 
     def load(self, paths: Sequence[str], step: Callable[[int, int], None] = lambda _done, _all: None) -> Loaded:
-        """Read ``paths``, also of git revisions (``designs#ref=main``); what is wrong with a file is in the result.
+        """Read ``paths``, also of git revisions (``designs#ref=main``); problems of files are in the result.
 
         Raises:
             CqosError: a revision cannot be read.
@@ -98,7 +98,7 @@ class InputReader:
         return loaded
 
     def _switches_with_options(self) -> Mapping[str, Mapping[str, str]]:
-        """Return the switches, with options of the configuration below those of the command line."""
+        """Return the switches with options: those of the command line win over those of the configuration."""
         stated = {
             f"{pack}.{name}": setting.text
             for pack, settings in self.config.options.items()
@@ -107,7 +107,7 @@ class InputReader:
         return {**self.switches, OPTIONS: {**stated, **self.switches.get(OPTIONS, {})}} if stated else self.switches
 
     def _refuse_without_folder(self, paths: Sequence[str]) -> None:
-        """Refuse the option of an importer that reads folders, where none is named."""
+        """Refuse the option of an importer that reads folders, if no folder is named."""
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
             first = next((each for each in info.options if each.switch == info.folders_with), None)
@@ -119,7 +119,7 @@ class InputReader:
                 raise WrongUsageError(message, f"write `{command}`")
 
     def _refuse_without_effect(self, loaded: Loaded) -> None:
-        """Refuse further options of such an importer, where it reads nothing."""
+        """Refuse options of an importer that reads folders, if it read none."""
         detected = [*loaded.detected.open, *(item for same in loaded.detected.taken.values() for item in same)]
         for name, own in self.options.of_importers.items():
             info = load_plugins().importers[name]
@@ -131,9 +131,9 @@ class InputReader:
                 )
 
     def read_system(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
-        """Read ``paths`` as one system; without one, say why and end the command.
+        """Read ``paths`` as one system; if there is none, print why and end the command.
 
-        ``partly`` takes what can be read although other files cannot.
+        With ``partly``, files that cannot be read are left out.
         """
         with Progress("reading") as progress:
             loaded = self.load(paths, progress.step)
@@ -142,7 +142,7 @@ class InputReader:
         return self.merged([system for _, system in loaded.systems]), loaded
 
     def reread(self, files: Sequence[str], texts: Mapping[str, bytes]) -> System:
-        """Return what is in files as one system, with other texts where ``texts`` has some.
+        """Read files again as one system, with the contents of ``texts`` in place of their own.
 
         Raises:
             InputError: with what is wrong with all of them.
@@ -155,7 +155,7 @@ class InputReader:
         )
 
     def nearest(self, path: str) -> InputReader:
-        """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
+        """Return a reader with the configuration nearest to ``path``; this reader if the command line chose one.
 
         Raises:
             InputError: that configuration cannot be used.
@@ -180,7 +180,7 @@ class InputReader:
         return read_stream(self.options.stdin_name, sys.stdin.buffer)
 
     def merged_for_check(self, systems: Sequence[System]) -> System:
-        """Return ``systems`` as one, with endpoints that use the profiles where it has profiles alone."""
+        """Return ``systems`` as one; if it has profiles only, with trial endpoints that use them."""
         whole = self.merged(systems)
         if whole.endpoints:
             return whole
@@ -189,7 +189,7 @@ class InputReader:
         return tried_out(whole, self.protocol)
 
     def merged(self, systems: Sequence[System]) -> System:
-        """Return ``systems`` as one, with the configuration under what they say and the command line over it."""
+        """Return ``systems`` as one. They win over the configuration, and the command line wins over them."""
         if len(systems) == 1:
             merged = systems[0]
         else:
@@ -205,7 +205,7 @@ class InputReader:
 
 
 def is_usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str] = (), partly: bool = False) -> bool:
-    """Say what is wrong with what was read of ``path``, and return whether a command can go on with it.
+    """Print problems of what was read from ``path``, and return whether a command can go on with it.
 
     ``named`` are all paths of the command.
     """
@@ -221,13 +221,13 @@ def is_usable(loaded: Loaded, color: str, path: str = "", *, named: Sequence[str
 
 
 def path_problems(loaded: Loaded, paths: Sequence[str]) -> list[Problem]:
-    """Return why paths are not read although no file is wrong: a person has to choose, or run another command before."""
+    """Return problems of paths that need a choice, or another command first."""
     problems = choice_problems(loaded, paths)
     return problems or ([] if loaded.systems or loaded.problems else command_problems(loaded))
 
 
 def prepare_reader(options: ReadingOptions, paths: Sequence[str]) -> InputReader:
-    """Check what the command line and the configuration say about reading, before anything is read.
+    """Return a reader after checking the options about reading, before any input is read.
 
     Raises:
         RefusedError: the command line names something that is not there.
@@ -267,7 +267,7 @@ def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:
 
 
 def _folder_of(path: str) -> str:
-    """Return the folder that a path is, or lies in, or would lie in if it existed."""
+    """Return the folder at a path or around it, even if the path does not exist."""
     folder = os.path.abspath(path)  # noqa: PTH100 - `resolve` would leave the folder for that of a link's target
     while not os.path.isdir(folder):  # noqa: PTH112 - Path.is_dir raises where a path is too long
         folder = os.path.dirname(folder)  # noqa: PTH120
@@ -291,7 +291,7 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
 
 
 def _check_assumption(assumption: Assignment, where: Context, known: Iterable[str]) -> None:
-    """Refuse an option that would have no effect; the packs judge the same of what files say as findings."""
+    """Refuse an option or value that no pack knows. In files, the same is a finding."""
     from cqos_core.behaviour.catch_option import OPTION, OWNER, READINGS
 
     if assumption.owner == OWNER:

@@ -1,4 +1,4 @@
-"""``cqos modeler``: the page in which a person draws a system, with its own service."""
+"""``cqos modeler``: serve the page for drawing systems, on this machine only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where reports go: formats, and the files they are written to."""
+"""Outputs of reports: formats, and the files that they are written to."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class OutputTarget:
 
 
 class OutputPairingCommand(click.Command):
-    """A command that remembers in which order ``--format`` and ``--output`` stood, so that they can be paired."""
+    """A command that records the order of ``--format`` and ``--output``, so that they can be paired."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse as usual, after a look at the order."""
+        """Record the order, then parse."""
         if not ctx.resilient_parsing:
             _, _, order = self.make_parser(ctx).parse_args(list(args))
             ctx.meta[__name__] = [param.name for param in order if param.name in {"formats", "outputs"}]
@@ -114,7 +114,7 @@ def check_output_paths(option: str, targets: Iterable[str], inputs: Iterable[str
 
 
 def render(sink: OutputTarget, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:
-    """Return what one sink gets: one report of everything, in which for programs unread inputs are findings.
+    """Return the text for one target: a report of all systems. For programs, unread inputs are findings in it.
 
     Raises:
         CqosError: the formatter is a plugin's and failed.
@@ -131,7 +131,7 @@ def render(sink: OutputTarget, reports: Sequence[Report], problems: Sequence[Pro
 
 @contextmanager
 def blame_plugin(kind: str, name: str) -> Iterator[None]:
-    """Blame a plugin's ``formatters``, ``exporters`` or ``translators`` for what they raise.
+    """Turn exceptions of a plugin's formatter, exporter or translator into an error that names the plugin.
 
     Raises:
         CqosError: it is a plugin's and failed.

@@ -59,7 +59,7 @@ def test_pack(*, pack: str, cases: tuple[str, ...]) -> None:
 
 
 def _pack(name: str) -> tuple[RulePack, Sequence[RulePack]]:
-    """Return the pack to test, and those that a check is given beside the installed ones."""
+    """Return the pack to test, and the packs that checks need beside the installed ones."""
     plugins = load_plugins()
     if name in plugins.packs and not Path(name).is_file():
         installed = plugins.pack(name)
@@ -81,7 +81,7 @@ def _failures(cases: Iterable[Case], packs: Sequence[RulePack]) -> Iterator[str]
 
 
 def _one_sided(pack: RulePack, cases: Sequence[Case]) -> Iterator[str]:
-    """Name the rules that no case expects to report, and those that no case expects to be silent."""
+    """Yield the rules without a case in which they report, and those without a case in which they are silent."""
     silent = {case.rule for case in cases if case.content["expect"] == "ok"}
     reported = {case.rule for case in cases if case.content["expect"] != "ok"}
     for what, tried in (("reports", reported), ("is silent", silent)):

@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 
 def read_packs(paths: Iterable[str]) -> list[RulePack]:
-    """Read all rule pack files, and tell everything that is wrong with any of them."""
+    """Read rule pack files.
+
+    Raises:
+        InputError: with the problems of all files.
+    """
     packs: list[RulePack] = []
     problems: list[Problem] = []
     for path in paths:
@@ -33,7 +37,7 @@ def read_packs(paths: Iterable[str]) -> list[RulePack]:
 
 
 def install_packs(files: Iterable[str]) -> None:
-    """Let rule pack files count as installed, in this process and in those that it starts.
+    """Register rule pack files as installed packs, in this process and its child processes.
 
     Raises:
         InputError: one of them cannot be used.

@@ -1,4 +1,4 @@
-"""``cqos packs``: what is installed."""
+"""``cqos packs``: list rule packs and plugins, or describe one pack."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameters that several commands share, and kinds of values that say what is allowed where they refuse."""
+"""Options that several commands share, and their types. A refused value names the allowed ones."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from cqos_core.plugins import load_plugins
 F = TypeVar("F", bound="Callable[..., Any]")
 
 READS_SYSTEMS = "reads_systems"
-"""The attribute of functions of commands that read systems, and so take the options that importers declare."""
+"""The attribute that marks functions of commands which read systems; these take the options of importers."""
 
 
 _FEW = 40
 
 
 def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
-    """Return the advice for an unknown ``name``: the one of ``known`` that is near, and all where they are few."""
+    """Return advice for an unknown ``name``: a similar one of ``known``, and the whole list where it is short."""
     from cqos_core.model import spelling
 
     names = sorted(known)
@@ -35,7 +35,7 @@ def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
 
 
 def refuse_absent(kind: str, name: str, what: str) -> None:
-    """Refuse a name of a kind that plugins register, where what brings it is not installed; ``what`` is it in words.
+    """Refuse a name whose distribution is not installed; ``what`` describes it in the message.
 
     Raises:
         MissingError: with the line that installs it.
@@ -51,7 +51,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     """The name of something that plugins register."""
 
     def __init__(self, kind: str, metavar: str = "") -> None:
-        """Take names of one kind, ``formatters``, and show ``metavar`` in place of all of them."""
+        """Accept registered names of one kind, such as ``formatters``; help shows ``metavar`` in place of the list."""
         self.kind = kind
         self.name = {"formatters": "format"}.get(kind, kind.removesuffix("s"))
         self.metavar = metavar
@@ -70,7 +70,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
 
 
 class Assignment(NamedTuple):
-    """``owner.name=value``, taken apart."""
+    """The parts of ``owner.name=value``."""
 
     owner: str
     name: str
@@ -85,7 +85,7 @@ _ASSIGNMENT = regular_expression(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<va
 
 
 class AssignmentType(click.ParamType):  # type: ignore[type-arg]
-    """``ros2.rmw=cyclonedds``: what it is of, its name, and the value it takes."""
+    """The type of options such as ``ros2.rmw=cyclonedds``."""
 
     name = "assignment"
 
@@ -94,7 +94,7 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
         self.form, self.example, self.owner = form, example, owner
 
     def convert(self, value: str | Assignment, param: click.Parameter | None, ctx: click.Context | None) -> Assignment:
-        """Take the text apart."""
+        """Split the text into its parts."""
         if isinstance(value, Assignment):
             return value
         match = (_VARIABLE if self.owner else _ASSIGNMENT).fullmatch(value.strip())
@@ -111,11 +111,11 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
 
 @dataclass(slots=True)
 class Run:
-    """One run of the command; click hands it on as ``ctx.obj``.
+    """State of one run of the command, in ``ctx.obj``.
 
     Attributes:
         debug: show tracebacks of internal errors.
-        silent: do not speak of broken plugins.
+        silent: print no warning about broken plugins.
         arguments: the command line.
     """
 
@@ -124,7 +124,7 @@ class Run:
     arguments: tuple[str, ...] = ()
 
     def enable_debug(self) -> None:
-        """Show tracebacks, also of errors that become mere words."""
+        """Show tracebacks, also of errors that are reported as messages."""
         if not self.debug:
             import logging
 

@@ -1,4 +1,4 @@
-"""Options about reading, which all commands that read systems have."""
+"""The options about reading that all commands share which read systems."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class ReadingOptions:
-    """What the command line says about reading; the fields are the parameters of the options below."""
+    """Values of the options about reading; each field is the parameter of an option below."""
 
     importer: str | None
     protocol: str | None

@@ -1,4 +1,4 @@
-"""``cqos rule``: what a code means."""
+"""``cqos rule``: explain a rule or code."""
 
 from __future__ import annotations
 

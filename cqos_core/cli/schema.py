@@ -1,4 +1,4 @@
-"""``cqos schema``: for editors."""
+"""``cqos schema``: print the JSON schema of system files."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _FILES: Final = frozenset({"token_file", "tls_cert", "tls_key", "tls_client_ca",
 
 
 def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
-    """Take defaults of the other options from ``[serve]`` of the configuration."""
+    """Set defaults of the other options from ``[serve]`` of the configuration."""
     # It comes with the forms of the YAML importer, which `--help` does not need.
     from cqos_core.config import config_for, load_config
     from cqos_core.language.domains import Names
@@ -55,7 +55,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
 
 
 def _number(name: str, kind: Any, default: float | None, text: str | None) -> _Decorator:
-    """Return the option of a number, whose default help shows if it has one."""
+    """Return an option for a number; help shows its default."""
     return click.option(name, type=kind, default=default, show_default=default is not None, help=text)
 
 
@@ -232,7 +232,7 @@ _RENAMED_LIMITS: Final = {
 
 
 def settings_from(given: dict[str, Any], token: str | None) -> Settings:
-    """Return the settings that the options ask for."""
+    """Return the settings for the values of the options."""
     # Click gives options in the order of the command line: `--workers` must not take the name of `--heavy-workers`.
     limits = {_RENAMED_LIMITS.get(name, name): value for name, value in given.items() if name not in _RENAMED}
     others = {_RENAMED.get(name, name): value for name, value in given.items()}

@@ -18,17 +18,18 @@ from cqos_core.model.problems import CqosError
 from cqos_core.plugins import load_plugins
 
 _PAUSE: Final = 0.3  # seconds
-_PART: Final = 0.1  # of the time is for looking, at most: a large folder is looked at less often
+_PART: Final = 0.1  # of the time is spent on looking, at most: large folders are looked at less often
 
 _State = dict[str, tuple[int, int, int] | None]
 Watched: TypeAlias = "tuple[int, Sequence[str]]"
-"""What one check gave: its exit code, and the files on which that depends."""
+"""The exit code of one check, and the files on which it depends."""
 
 
 def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]) -> int:
-    """Run at once and after each change of a file below ``paths`` or among those that were read; return the last exit code.
+    """Run at once, and again after each change of a file; return the last exit code.
 
-    What is wrong with input or configuration ends the first run only: later it may be an edit that is not finished.
+    Watched files are those below ``paths``, and those that were read. A wrong input or configuration ends only the
+    first run: later it may be an unfinished edit.
     """
     before = _state(paths, importer, ())
     code, read = run()
@@ -39,7 +40,7 @@ def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]
             changed = _change(paths, importer, read, before)
             say(f"{time.strftime('%H:%M:%S')} {listed(changed)} changed", head="watch:")
             before = _state(paths, importer, read)
-            # A file that cannot be read hides which others it includes, so those of before stay watched.
+            # A file that cannot be read does not tell which files it includes, so the former ones stay watched.
             code, read = _again(run, read)
     except KeyboardInterrupt:
         return code
@@ -57,7 +58,7 @@ def _again(run: Callable[[], Watched], files: Sequence[str]) -> Watched:
 
 
 def _change(paths: Sequence[str], importer: str | None, files: Sequence[str], before: _State) -> list[str]:
-    """Wait until a file is not as it was; return the names of those that are not."""
+    """Wait until files change; return their names."""
     while True:
         started = time.perf_counter()
         now = _state(paths, importer, files)
@@ -68,7 +69,7 @@ def _change(paths: Sequence[str], importer: str | None, files: Sequence[str], be
 
 
 def _state(paths: Sequence[str], importer: str | None, files: Sequence[str]) -> _State:
-    """Return what tells of each file whether it was written since."""
+    """Return time, size and number of each watched file, which tell whether it was written."""
     found = find_files(paths, load_plugins(), importer).files
     return {name: _stamp(name) for name in {*(file.path for file in found), *files}}
 

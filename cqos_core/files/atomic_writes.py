@@ -1,4 +1,4 @@
-"""Writes files whole or not at all, and replaces only what was read."""
+"""Writes files atomically, and replaces a file only if it still holds what was read."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 
 _MOST_WAITED: Final = 1.0
 _BETWEEN: Final = 0.001
-"""Seconds until a program that opened a file just before it was replaced has closed it, and between two looks."""
+"""Seconds to wait for a program that opened the file just before it was replaced, and between two looks."""
 _MODES: Final = stat.S_IRWXU | stat.S_IRWXG | stat.S_IRWXO
-"""Who may do what; a new file has no set-user-ID bit."""
+"""The permission bits that a new file takes over; no set-user-ID bit."""
 
 
 class ChangedFileError(OSError):
     """Another program changed a file after it was read, so it was not written."""
 
     def __init__(self, path: str, how: str) -> None:
-        """Say ``how`` it changed."""
+        """Take the path, and ``how`` the file changed."""
         super().__init__(errno.EBUSY, f"{how}; the file is left as it is, so run the command again", path)
 
 
@@ -81,14 +81,14 @@ def write_new(path: str, data: bytes) -> None:
 
 
 def replace_whole(path: str, data: bytes, before: bytes) -> None:
-    """Write a file as `write_whole`, where it still holds what was read of it.
+    """Write a file like `write_whole`, if it still holds what was read.
 
-    The file is compared last when all else is done. What another program adds while the file is replaced is added to the new one.
+    The file is compared last, just before it is replaced. Lines that another program appends meanwhile go to the new file.
 
     Args:
         path: of the file.
-        data: what it shall hold.
-        before: what was read of it.
+        data: the new content.
+        before: the content that was read.
 
     Raises:
         ChangedFileError: it holds something else, or another program has it open for writing; it is left as it is.
@@ -102,14 +102,14 @@ def replace_whole(path: str, data: bytes, before: bytes) -> None:
             _refuse_open(path, old, before)
             draft.replace(target)
             _sync(target.parent)
-            _add_what_came_meanwhile(old.fileno(), before, target)
+            _copy_late_appends(old.fileno(), before, target)
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
 
 
 def replace_all(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> None:
-    """Replace several files as `replace_whole`: none of them where one has changed before.
+    """Replace several files like `replace_whole`; none is replaced if one has changed.
 
     Raises:
         ChangedFileError: one of them holds something else.
@@ -126,7 +126,7 @@ def replace_all(texts: Mapping[str, bytes], before: Mapping[str, bytes]) -> None
 
 
 def _target(path: str) -> Path:
-    """Return the file that a path leads to: a link stays a link."""
+    """Return the file behind links, so that a link stays a link."""
     from pathlib import Path
 
     return Path(os.path.realpath(path))
@@ -171,7 +171,7 @@ def _draft(target: Path, data: bytes) -> Path:
 
 
 def _is_being_written(descriptor: int) -> bool:
-    """Whether a program has a file open for writing, where the system tells: its next line would go to the replaced file."""
+    """Whether a program has the file open for writing, if the system tells: its next line would go to the old file."""
     try:
         import fcntl
         import signal
@@ -187,7 +187,7 @@ def _is_being_written(descriptor: int) -> bool:
 
 
 def _sync(folder: Path) -> None:
-    """Let the new name reach the disk, where folders can be opened."""
+    """Flush the new name to the disk, if folders can be opened."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:
@@ -196,8 +196,8 @@ def _sync(folder: Path) -> None:
             os.close(descriptor)
 
 
-def _add_what_came_meanwhile(old: int, before: bytes, target: Path) -> None:
-    """Add to a file what a program adds to the one that it replaced, which it opened between the last comparison and the replacement."""
+def _copy_late_appends(old: int, before: bytes, target: Path) -> None:
+    """Append to the new file what a program still appends to the old one, which it opened just before the replacement."""
     end = monotonic() + _MOST_WAITED
     while _is_being_written(old) and monotonic() < end:
         sleep(_BETWEEN)

@@ -1,4 +1,4 @@
-"""What is checked as one system: whole systems, and parts put together."""
+"""Groups files into the systems to check: whole systems, and parts that are merged."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CheckUnit:
-    """What is checked as one system.
+    """The files that are checked as one system.
 
     Attributes:
         path: of its only file, else of the folder or of the first file.
-        named: whether all its paths were given, so that the caller expects something to be in them.
+        named: whether the caller named all its paths, and so expects endpoints in them.
         files: the paths of all its files.
         folder: the named folder in which it was found; empty if its own path was given.
     """
@@ -37,12 +37,11 @@ class CheckUnit:
 
 
 def check_units(loaded: Loaded, grouping: str) -> tuple[list[CheckUnit], str]:
-    """Group what was read into systems, and say how, where the paths alone do not tell.
+    """Return the groups of files to check, and a note on the grouping if the paths do not make it clear.
 
-    Named files are one system, with all that is in folders named beside them. A folder that holds nothing but parts is as
-    good as a file. In any other folder whole systems stand alone, except where one calls processes of another, and parts are put
-    together. ``grouping`` is ``each`` or
-    ``together`` where the caller decides.
+    Named files are one system, with all files in folders named beside them. A folder with parts only counts as a file. In any
+    other folder, whole systems are checked one by one, except those that call processes of each other, and parts are merged.
+    ``grouping`` is ``each`` or ``together`` if the caller decides.
     """
     read = [(each.file, each.system) for each in loaded.outcomes if each.system is not None]
     if grouping == "each":
@@ -66,7 +65,7 @@ def check_units(loaded: Loaded, grouping: str) -> tuple[list[CheckUnit], str]:
 
 
 def _calling_together(wholes: Sequence[Read]) -> list[CheckUnit]:
-    """Return whole systems one by one, but those together that run processes of each other."""
+    """Return whole systems one by one, except that systems which call processes of each other are one."""
     if not any(system.processes for _, system in wholes):
         return [_unit([pair]) for pair in wholes]
     from cqos_core.bpmn.calls import calling_together

@@ -1,4 +1,4 @@
-"""Named paths that an importer reads with the switch for folders, although the caller does not give this switch."""
+"""Detects inputs at named paths that an importer reads only with an option, such as a launch file in a folder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class DetectedInput(NamedTuple):
-    """An entrance at a named path."""
+    """One input that an importer detected at a named path."""
 
     path: str
     importer: ImporterInfo
@@ -29,15 +29,15 @@ class DetectedInput(NamedTuple):
 
 @dataclass(slots=True)
 class DetectedInputs:
-    """The entrances at named paths.
+    """The detected inputs of all named paths.
 
     Attributes:
-        taken: by what is read through them; the values of the switch of one folder hold together.
-        open: those among which a person has to choose.
-        refused: named files that other commands lead to.
-        beside: entrances at folders that other commands lead to.
-        narrowed: named folders of which only whole systems are read beside the entrance.
-        inside: folders whose files an importer reads by itself.
+        taken: inputs that are read, by the file or folder to read; those of one folder are read together.
+        open: inputs among which a person has to choose.
+        refused: named files that need another command first.
+        beside: inputs in folders that need another command first.
+        narrowed: named folders of which only whole systems are read beside the detected input.
+        inside: folders whose files the importer reads by itself.
     """
 
     taken: dict[File, list[DetectedInput]] = field(default_factory=dict)
@@ -48,7 +48,7 @@ class DetectedInputs:
     inside: set[str] = field(default_factory=set)
 
     def leave_open(self, folders: Collection[str | None]) -> None:
-        """Let a person choose in those of the folders whose entrance is further down: other things lie beside it."""
+        """Make inputs of some folders a choice, if they are not at the top of their folder: other files lie beside them."""
         for file, same in [*self.taken.items()]:
             if (
                 file.folder in folders
@@ -58,7 +58,7 @@ class DetectedInputs:
                 self.open += self.taken.pop(file)
 
     def renamed(self, names: Mapping[str, str]) -> DetectedInputs:
-        """Return the entrances with other beginnings of paths, also within texts."""
+        """Return the inputs with other beginnings of paths, also within texts."""
 
         def text(value: str) -> str:
             for start, new in names.items():
@@ -90,13 +90,13 @@ class DetectedInputs:
 def detect_inputs(
     found: FoundFiles, folders: Sequence[str], plugins: Plugins, unclaimed: Callable[[str], bool]
 ) -> DetectedInputs:
-    """Find the entrances at named paths.
+    """Detect the inputs at named paths.
 
     Args:
-        found: what the paths stand for.
+        found: the files that the paths stand for.
         folders: the named folders.
         plugins: whose importers are asked.
-        unclaimed: whether there is a file at a path that no importer reads.
+        unclaimed: whether no importer reads the file at a path.
     """
     detected = DetectedInputs()
     for file in found.files:
@@ -112,7 +112,7 @@ def detect_inputs(
 
 
 def folders_read_whole(folders: Sequence[str], found: FoundFiles, info: ImporterInfo, plugins: Plugins) -> list[str]:
-    """Return those of some folders that have entrances of an importer; all, if none has."""
+    """Return the folders in which an importer detects inputs; all folders if it detects none."""
     if len(folders) < 2 or not info.entrances:  # noqa: PLR2004 - there is nothing to tell apart
         return [*folders]
     below = {
@@ -152,7 +152,7 @@ def _add_folder(item: DetectedInput, detected: DetectedInputs) -> None:
 
 
 def _at(path: str, files: Sequence[str] | None, plugins: Plugins) -> list[DetectedInput]:
-    """Ask every importer; one that fails finds nothing, so that a broken plugin cannot stop the others."""
+    """Return the inputs that importers detect; an importer that fails is skipped, so that a broken plugin stops no other."""
     found: list[DetectedInput] = []
     for info in plugins.importers.values():
         if info.entrances:

@@ -79,7 +79,7 @@ def apply_edits(sources: Mapping[str, bytes], edits: Iterable[Edit], importer: s
 def replacements_of(
     sources: Mapping[str, bytes], edits: Iterable[Edit], importer: str | None = None
 ) -> dict[str, list[Replacement]]:
-    """Return what edits replace in each source, by its name; nothing where one of them cannot be applied."""
+    """Return the replacements of edits by the name of their source; nothing if one edit cannot be applied."""
     found = {}
     for name, own in grouped((each.place.source, each) for each in edits).items():
         source = Source(name, sources.get(name, b""))
@@ -101,6 +101,6 @@ def opened_sources(systems: Iterable[System], edits: Iterable[Edit] = ()) -> dic
     """Return the bytes of every file that systems were read from, and of further ones that edits name."""
     found = {name: data for system in systems for name, data in system.sources.items()}
     for name in {edit.place.source: None for edit in edits if edit.place.source not in found}:
-        with suppress(InputError):  # the edit says that its source is none of the inputs
+        with suppress(InputError):  # `apply_edits` reports a source that is no input
             found[name] = read_path(name).data
     return found

@@ -1,4 +1,4 @@
-"""What an exporter is given and what it returns, and the endpoints of a system with their values."""
+"""The interface of exporters, and the endpoints of a system with their values for them."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ExportEndpoint:
-    """An endpoint as it was stated, with what its pack makes of it.
+    """An endpoint as it was stated, with its resolved parts.
 
     Attributes:
         id: unique in the system, unlike the stated one.
-        parts: itself, or what it stands for (the topics of a service); empty where no pack judges it.
+        parts: the endpoint itself, or the topics of a service; empty if no pack knows its protocol.
     """
 
     endpoint: Endpoint
@@ -31,20 +31,20 @@ class ExportEndpoint:
 
     @property
     def whole(self) -> Resolved | None:
-        """The endpoint itself, where it does not stand for several."""
+        """The endpoint itself; None if it stands for several."""
         return self.parts[0] if len(self.parts) == 1 else None
 
 
 @dataclass(frozen=True, slots=True)
 class ExportInput:
-    """The endpoints of a system in their order, and the overlays that cover none of them."""
+    """The endpoints of a system in their order, and the overlays that cover no endpoint."""
 
     endpoints: tuple[ExportEndpoint, ...]
     idle: tuple[Overlay, ...]
 
 
 def export_input(system: System, context: ExportContext) -> ExportInput:
-    """Return the endpoints of ``system``, each with the values that its pack sees."""
+    """Return the endpoints of ``system`` with their resolved values."""
     where = Context(context.find_pack, default_protocol=context.default_protocol)
     resolver = resolver_of(Pipeline(replace(system, bridges={}), where))
     found = []
@@ -62,7 +62,7 @@ def export_input(system: System, context: ExportContext) -> ExportInput:
 def endpoints_of_pack(
     pack: str, system: System, context: ExportContext, notes: dict[str, None]
 ) -> Iterator[ExportEndpoint]:
-    """Yield the endpoints that a pack judges, also those that are not to be written; note that there are others."""
+    """Yield all endpoints of a pack; add a note if there are endpoints of other packs."""
     endpoints = export_input(system, context).endpoints
     own = [each for each in endpoints if each.parts and each.parts[0].pack.id == pack]
     yield from own
@@ -72,7 +72,7 @@ def endpoints_of_pack(
 
 
 def unique_name(wanted: str, taken: set[str]) -> str:
-    """Return ``wanted``, with a number where it is taken, and take it."""
+    """Return ``wanted``, with a number if it is taken, and add it to ``taken``."""
     name, number = wanted, 2
     while name in taken:
         name, number = f"{wanted}~{number}", number + 1

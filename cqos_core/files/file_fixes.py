@@ -1,4 +1,4 @@
-"""Fixes of all findings, applied to files and checked again."""
+"""Applies the fixes of all findings to files, and checks each result."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _ROUNDS: Final = 1000
 
 @dataclass(frozen=True, slots=True)
 class FileFixes:
-    """What applying fixes gave.
+    """The result of applying fixes.
 
     Attributes:
-        edited: the texts.
-        applied: what was fixed, and how, in the order of application.
+        edited: the texts before and after.
+        applied: the findings that were fixed, each with its fix, in the order of application.
         left: errors and warnings that are still there, each with the reason.
-        report: of the new texts.
+        report: the report of the new texts.
     """
 
     edited: Edited
@@ -43,9 +43,9 @@ def fix_all(
     *,
     weaken: bool = False,
 ) -> FileFixes:
-    """Apply the first fix of each error and warning that weakens nothing, breaks nothing and needs no other program.
+    """Apply the first fix of each error and warning that weakens nothing, breaks nothing and needs no change of a program.
 
-    Each is kept only if the new texts can be read, its finding is gone, and no error is there that was not before.
+    A fix is kept only if the new texts can be read, its finding is gone, and there is no new error.
 
     Args:
         sources: the texts, by name.
@@ -64,7 +64,7 @@ def fix_all(
         chosen = [(finding, remedy) for finding, (remedy, _) in judged if remedy is not None]
         tried = _attempt(texts, report, chosen, check, importer)
         if chosen and tried is None:
-            # One of them does not work: find one that does, for their places hold only until the first is applied.
+            # One of them fails: try each alone. Places of the others are valid only until the first is applied.
             for single in chosen:
                 tried = _attempt(texts, report, [single], check, importer)
                 if tried is not None:
@@ -89,13 +89,13 @@ def _key(finding: Finding) -> object:
 
 
 def _best(finding: Finding, *, weaken: bool) -> tuple[Remedy | None, str]:
-    """Return the fix to apply, or the reason why there is no such one."""
+    """Return the fix to apply; None with the reason if there is none."""
     if not finding.remedies:
         return None, finding.help or "no change of a single value fixes it"
     refused = []
     for remedy in finding.remedies:
         objections = (
-            # Less is asked for where a requirement is not met, not where a fact is missing.
+            # A requirement may be lowered if it is violated, not if a fact is missing.
             (remedy.weakens and (not weaken or finding.verdict is Verdict.UNKNOWN), asks_less(remedy)),
             (remedy.breaks, "makes other pairs worse"),
             (remedy.kind == "needs_code", "is a promise that the program must keep"),
@@ -115,7 +115,7 @@ def _attempt(
     check: Callable[[Mapping[str, bytes]], Report],
     importer: str | None,
 ) -> tuple[dict[str, bytes], Report] | None:
-    """Apply fixes together; None where they cannot be, where one does not work, or where they bring an error."""
+    """Return the texts and the report after some fixes; None if they cannot be applied, one has no effect, or a new error appears."""
     made = apply_edits(texts, (edit for _, remedy in chosen for edit in remedy.edits), importer)
     if made.left or not made.texts:
         return None
@@ -146,7 +146,7 @@ def _errors(report: Report) -> set[tuple[str, str | None, str]]:
 
 
 def _is_there(finding: Finding, remedy: Remedy, report: Report) -> bool:
-    """Whether a report still has a finding, of any of the endpoints that were changed."""
+    """Whether a report still has a finding about one of the changed endpoints."""
     return any(
         each.code == finding.code
         and each.topic == finding.topic

@@ -1,4 +1,4 @@
-"""Finds the files that paths stand for."""
+"""Finds the files that paths name, also below folders."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class File:
 
 @dataclass(slots=True)
 class FoundFiles:
-    """What some paths stand for.
+    """The files that paths name.
 
     Attributes:
         files: in order, each once.
-        skipped: foreign files that were passed over in folders.
-        not_searched: folders that were passed over: generated, excluded, behind a link that leads elsewhere, or too deep.
+        skipped: files of other formats in folders.
+        not_searched: folders that were skipped: generated, excluded, behind a link that leads elsewhere, or too deep.
         problems: folders that cannot be searched.
     """
 
@@ -58,7 +58,7 @@ def find_files(
 ) -> FoundFiles:
     """List the files that ``paths`` name, and those below folders whose endings importers name.
 
-    Of folders, hidden files, generated folders, and what ``excluded`` or a ``.gitignore`` excludes are passed over.
+    The search skips hidden files, generated folders, and what ``excluded`` or a ``.gitignore`` excludes.
     ``importer`` limits the search to its own endings.
     """
     searched = [plugins.importers[importer]] if importer in plugins.importers else plugins.importers.values()

@@ -1,4 +1,4 @@
-"""Walks through folders: how deep they lie does not matter, and what is skipped is said with its cause."""
+"""Walks through folders of any depth, and records skipped folders with the cause."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _LONGEST_SHOWN: Final = 120
 
 
 class SkippedFolder(NamedTuple):
-    """A folder that a walk passed over.
+    """A folder that a walk skipped.
 
     Attributes:
-        cause: why, in words that may follow the path.
-        refused: the system does not let it be read; else it is a link, or its path is too long for the system.
+        cause: in words that may follow the path.
+        refused: it cannot be read; else it is a link, or its path is too long for the system.
     """
 
     path: str
@@ -32,7 +32,7 @@ class SkippedFolder(NamedTuple):
 
 
 def shortened(path: str) -> str:
-    """Return a path as messages show it: of a long one, its ends."""
+    """Return a path as messages show it; a long one loses its middle."""
     half = _LONGEST_SHOWN // 2
     return path if len(path) <= _LONGEST_SHOWN else f"{path[:half]}…{path[-half:]}"
 
@@ -82,6 +82,6 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def _leads_into(folder: str, path: str) -> bool:
-    """Whether a path leads to a folder or into it; what is there is found without the link."""
+    """Whether a path leads to a folder or into it, so that the walk finds its files without the link."""
     real = os.path.realpath(path)
     return real == folder or real.startswith(folder.rstrip(os.sep) + os.sep)

@@ -1,4 +1,4 @@
-"""Which files and folders a search passes over, by patterns in the syntax of ``.gitignore``."""
+"""Patterns in the syntax of ``.gitignore``, by which a search skips files and folders."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathspec import GitIgnoreSpec
 
 GENERATED_FOLDERS: Final = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
-"""Folders that tools generate."""
+"""Names of folders that tools generate."""
 _FILE: Final = ".gitignore"
 _REPOSITORY: Final = ".git"
 
@@ -47,10 +47,10 @@ def read_ignore_patterns(lines: Iterable[str], folder: str) -> IgnorePatterns:
 
 
 class IgnoreRules:
-    """Answers for one search which files and folders it passes over."""
+    """Decides for one search which files and folders it skips."""
 
     def __init__(self, folder: str, excluded: Sequence[IgnorePatterns] = ()) -> None:
-        """Begin in ``folder``; what the files ``.gitignore`` above it say holds too, as far up as the repository goes."""
+        """Begin in ``folder``, with the ``.gitignore`` files above it up to the root of the repository."""
         self._excluded = excluded
         self._by_folder: dict[str, tuple[IgnorePatterns, ...]] = {}
         from pathlib import Path
@@ -65,13 +65,13 @@ class IgnoreRules:
         self._by_folder[start] = known
 
     def enter(self, folder: str) -> None:
-        """Take in what stands in ``folder``, after the one that it is in was entered."""
+        """Read the ``.gitignore`` of ``folder``; its parent has been entered before."""
         inner = os.path.abspath(folder)  # noqa: PTH100
         if inner not in self._by_folder:
             self._by_folder[inner] = (*self._by_folder.get(os.path.dirname(inner), ()), *_read(inner))  # noqa: PTH120
 
     def __call__(self, folder: str, name: str, *, is_folder: bool) -> bool:
-        """Whether the search passes over ``name``, which stands in ``folder``."""
+        """Whether the search skips ``name`` in ``folder``."""
         if name.startswith(".") or (is_folder and name in GENERATED_FOLDERS):
             return True
         inner = os.path.abspath(folder)  # noqa: PTH100

@@ -1,4 +1,4 @@
-"""Which importer reads a source."""
+"""Chooses the importer that reads a source."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _claiming(source: Source, plugins: Plugins) -> list[ImporterInfo]:
 
 
 def _fitting(claiming: list[ImporterInfo], beside: Collection[str]) -> list[ImporterInfo]:
-    """Of several importers, those that lay over what is there, else those that read files that stand for themselves."""
+    """Return the importers of overlays for a protocol in ``beside``, else those of complete files."""
     if len(claiming) == 1:
         return claiming
     over = [info for info in claiming if info.overlays in beside]
@@ -59,7 +59,7 @@ def _fitting(claiming: list[ImporterInfo], beside: Collection[str]) -> list[Impo
 
 
 def depends_on_others(source: Source) -> bool:
-    """Whether the files given together with ``source`` decide who reads it, so that it has to be read after them."""
+    """Whether the importer of ``source`` depends on the other files, so that it is read after them."""
     plugins = load_plugins()
     claiming = _claiming(source, plugins)
     return len(claiming) > 1 and any(info.overlays for info in claiming)
@@ -83,7 +83,7 @@ def protocols_of(systems: Iterable[System]) -> frozenset[str]:
 
 
 def claims_source(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) -> bool:
-    """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
+    """Whether an importer claims a file; one that fails claims nothing, so that a broken plugin stops no other."""
     try:
         return _claims_once(info.load_claim(), name, head)  # type: ignore[arg-type] # functions are hashable
     except FAULTS as error:
@@ -93,14 +93,14 @@ def claims_source(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) 
 
 @lru_cache(maxsize=1024)
 def _claims_once(claim: Claim, name: str, head: bytes) -> bool:
-    """Ask once: a source is asked about several times, and so is a file that is edited further down."""
+    """Whether an importer claims a file; cached, because a file is asked about several times."""
     return bool(claim(name, head))
 
 
 def default_protocol(importer: str, plugins: Plugins) -> str | None:
-    """The protocol that files of this importer mean when they name none: the one pack that says so, else None.
+    """Return the default protocol of an importer: that of the one pack that claims it, else None.
 
-    Where we ship a pack that says so, no other can take its place.
+    A pack that C-QoS ships wins over those of plugins.
     """
     claiming = [info.id for info in plugins.packs.values() if importer in info.default_for]
     first = [pack_id for pack_id in claiming if plugins.shipped("packs", pack_id)] or claiming

@@ -1,4 +1,4 @@
-"""Inputs of the library as one system: paths, bytes, and systems that a program made."""
+"""Reads the inputs of the library as one system: paths, bytes, and systems that a program built."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _NO_INPUT: Final = "an input is a path, bytes or a System, found {}; pass severa
 
 
 def read(*inputs: Input, importer: str | None = None, protocol: str | None = None) -> System:
-    """Read paths, directories, bytes or ready systems into one system; the format is detected.
+    """Read paths, directories, bytes or systems into one system; formats are detected.
 
-    ``protocol`` is meant where an input states none. Systems are copied, the caller's stay as they are.
+    ``protocol`` is that of inputs that state none. Systems are copied, so that those of the caller do not change.
 
     Raises:
         InputError: with every problem of every input.
@@ -69,7 +69,7 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
 
 
 def source_of(inputs: Sequence[Input], position: int) -> Source:
-    """Open a file, or give bytes a name that no others have."""
+    """Return a file as a source, or bytes under a unique name."""
     data = inputs[position]
     if not isinstance(data, bytes):
         return read_path(fspath(data))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Paths become systems: files and folders are found, read, and their problems collected."""
+"""Loads paths as systems: finds files, reads them, and collects their problems."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FileOutcome:
-    """What reading one file gave: a system, or what is wrong with it."""
+    """The result of reading one file: a system, or problems."""
 
     file: File
     system: System | None = None
@@ -39,18 +39,18 @@ class FileOutcome:
 
 @dataclass(slots=True)
 class Loaded:
-    """What reading some paths gave.
+    """The result of reading paths.
 
     Attributes:
         outcomes: one per file that was read, or should have been.
-        skipped: foreign files passed over in directories.
-        not_searched: folders that were passed over: generated, or excluded.
+        skipped: number of files of other formats in folders.
+        not_searched: folders that were skipped: generated, or excluded.
         parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
-        detected: how named paths are read that no importer reads as they are named.
+        detected: inputs that importers detected at named paths.
         folders: what was read as one folder, by path, so that it can be read again.
-        left: parts of systems that are not read because of such a way, each with its importer.
-        covered: parts of systems where such a way reads what it refers to, and nothing else.
+        left: parts of systems that are not read beside a detected input, each with its importer.
+        covered: parts of systems in a folder whose files the detected input refers to.
     """
 
     outcomes: list[FileOutcome] = field(default_factory=list)
@@ -82,7 +82,7 @@ class Loaded:
 
 
 def with_texts(texts: Mapping[str, bytes]) -> Opener:
-    """Return what opens files; ``texts`` has bytes that count instead of those of files, by real path."""
+    """Return an opener of files; ``texts`` has bytes by real path that replace those of files."""
 
     def opener(name: str, relative_to: str) -> Source:
         path = os.path.join(os.path.dirname(relative_to), name)  # noqa: PTH118, PTH120 - as in `find_files`
@@ -116,13 +116,13 @@ def load_paths(
         paths: files and directories; ``-`` is ``stdin``.
         importer: read all of them with this importer.
         switches: importer switches by importer and name.
-        stdin: what ``-`` stands for.
-        protocol: of files that state none; or what says it of each path.
-        excluded: what a search of folders passes over.
+        stdin: the source for ``-``.
+        protocol: of files that state none, or a function that returns it for a path.
+        excluded: patterns of files and folders that a search skips.
         step: called after each file with the number of read files and the number of all.
-        texts: bytes that count instead of those of files, by real path.
-        entering: read what `detect_inputs` finds, unless the caller states an importer or the switch for folders. Where a
-            person has to choose, only whole systems of folders are read.
+        texts: bytes by real path that replace those of files.
+        entering: read detected inputs, unless the caller states an importer or the switch for folders. If a person has
+            to choose, only whole systems of folders are read.
     """
     plugins, named = load_plugins(), [*paths]
     reader = folder_reader(plugins, switches or {})
@@ -166,7 +166,7 @@ def load_paths(
 
 
 def _enter(paths: Sequence[str], found: FoundFiles, loaded: Loaded, plugins: Plugins) -> None:
-    """Find entrances, and put what is read through them in the place of what is named."""
+    """Detect inputs, and replace the named files by them."""
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
     detected = loaded.detected = detect_inputs(found, folders, plugins, lambda path: _is_unclaimed(path, plugins))
     entered = {item.path for same in detected.taken.values() for item in same}
@@ -180,12 +180,12 @@ def _enter(paths: Sequence[str], found: FoundFiles, loaded: Loaded, plugins: Plu
         elif not (file.named and file.path in entered):
             kept.append(file)
     detected.leave_open({file.folder for file, _ in loaded.left})
-    # Without the entrance, what is named beside it would be a system that nobody has.
+    # The files beside an open choice would be an incomplete system.
     found.files = [] if detected.open and any(each.named for each in kept) else [*detected.taken, *kept]
 
 
 def _is_unclaimed(path: str, plugins: Plugins) -> bool:
-    """Whether there is a file that no importer reads; what else is wrong with it is found where it is read."""
+    """Whether no importer reads the file at a path; other problems are reported when it is read."""
     try:
         return recognise(read_path(path, HEAD), plugins) is None
     except InputError:
@@ -218,7 +218,7 @@ def _outcome(file: File, result: System | InputError) -> FileOutcome:
 def _files(
     paths: Sequence[str], plugins: Plugins, importer: str | None, excluded: Sequence[IgnorePatterns], reader: str
 ) -> tuple[FoundFiles, set[str]]:
-    """Return what paths stand for, and the folders among them that the importer ``reader`` reads whole."""
+    """Return the files of paths, and the folders that the importer ``reader`` reads as one system."""
     if not reader:
         return find_files(paths, plugins, importer, excluded), set()
     folders = [path for path in paths if os.path.isdir(path)]  # noqa: PTH112 - as in `find_files`
@@ -230,7 +230,7 @@ def _files(
 
 
 def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
-    """Add outcomes to what is loaded; files that others include are parts of those."""
+    """Add outcomes to the result; files that others include are listed as parts."""
     parts = included_parts({each.file.path: each.system for each in outcomes if each.system is not None})
     for each in outcomes:
         whole = parts.get(os.path.realpath(each.file.path))
@@ -243,9 +243,9 @@ def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
 def _open(
     file: File, plugins: Plugins, importer: str | None, texts: Mapping[str, bytes] | None = None
 ) -> Source | None:
-    """Read a file; None if it was found in a directory and no importer claims it.
+    """Read a file; return None if it was found in a folder and no importer claims it.
 
-    A YAML file in a directory may be anything; only a file that was named must be ours.
+    A YAML file in a folder may be anything. A file that was named must be readable.
     """
     data = texts.get(os.path.realpath(file.path)) if texts else None
     given = None if data is None else Source(file.path, data)

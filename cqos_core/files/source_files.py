@@ -1,4 +1,4 @@
-"""Opens files, folders and files that were sent along, as sources."""
+"""Opens files, listings of folders, and files that a client sent, as sources."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STDIN: Final = "-"
 """The path that stands for standard input."""
 
 STDIN_NAME: Final = "<stdin>"
-"""The name of standard input where the caller gives none; a source of another name may include files beside it."""
+"""The name of standard input if the caller gives none; a source with another name may include files."""
 
 _MAXIMUM_BYTES: Final = 512 * 1024 * 1024
 
@@ -39,7 +39,7 @@ def open_file(name: str, relative_to: str) -> Source:
     path = str(Path(relative_to).parent / name)
     if name.endswith("/"):
         return _listed(path)
-    # These of `os.path` answer False for a name that no file system takes; those of `Path` raise.
+    # Functions of `os.path` return False for an impossible name; those of `Path` raise.
     if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):  # noqa: PTH110, PTH112, PTH113
         raise InputError([Problem("CQ001", "cannot be read: it is no regular file", Place(path))])
     return read_path(path)
@@ -55,20 +55,20 @@ def _listed(folder: str) -> Source:
 
 
 class SentFiles:
-    """Opens files among those that were sent along, by the names that they were sent under, and never from a disk."""
+    """Opens files among those that a client sent, by their names, and never from a disk."""
 
     def __init__(self, sources: Iterable[Source]) -> None:
-        """Open no others than these; of several with one name, the first."""
+        """Take the files; of several with one name, the first counts."""
         self._sources: dict[str, Source] = {}
         for source in sources:
             self._sources.setdefault(_spelled(source.name), source)
             self._sources.setdefault(posixpath.normpath(_spelled(source.name)), source)
 
     def __call__(self, name: str, relative_to: str) -> Source:
-        """Return the file ``name`` as it is seen from the one that includes it.
+        """Return the file ``name``, relative to the one that includes it.
 
         Raises:
-            InputError: it was not sent along.
+            InputError: the client did not send it.
         """
         if relative_to.startswith("<"):  # it was sent without a name
             return no_files(name, relative_to)
@@ -83,7 +83,7 @@ class SentFiles:
 
 
 def _spelled(path: str) -> str:
-    """One spelling of a path, of whatever system the sender has."""
+    """Return a path with slashes, whatever system the client has."""
     return path.replace("\\", "/")
 
 
@@ -107,7 +107,7 @@ def read_stream(name: str, stream: BinaryIO, limit: int | None = None) -> Source
     Raises:
         InputError: it holds more than 512 MiB.
     """
-    # Not the size it says it has: a pipe and a device say nothing.
+    # Read rather than ask for the size: pipes and devices have none.
     data = stream.read(_MAXIMUM_BYTES + 1 if limit is None else limit)
     if len(data) > _MAXIMUM_BYTES:
         message = f"there is more to read than {_MAXIMUM_BYTES // 1024**2} MiB"

@@ -1,4 +1,4 @@
-"""Sources become systems: one, or several that are given together."""
+"""Reads sources as systems: one, or several that are given together."""
 
 from __future__ import annotations
 
@@ -85,9 +85,10 @@ def read_together(
     protocol: str | None = None,
     others: Iterable[System] = (),
 ) -> list[System | InputError]:
-    """Read sources that are given together, and ``others``: for each its system, or why it has no system.
+    """Read sources that are given together; return for each its system, or the error.
 
-    Of a source that another of them includes, the system is empty: it is read as part of that.
+    A source that another one includes has an empty system: it is read as part of that. ``others`` are systems that are
+    read already.
     """
     asked = [replace(each, importer=each.importer or importer, protocol=protocol) for each in given]
     found = read_all(asked, switches, others)
@@ -103,7 +104,7 @@ def read_all(
     others: Iterable[System] = (),
     step: Callable[[], None] = lambda: None,
 ) -> list[System | InputError]:
-    """Read sources that are given together, those last whose reader is decided by what they are given with.
+    """Read sources that are given together. Those whose importer depends on the others are read last.
 
     ``step`` is called after each.
     """
@@ -143,9 +144,9 @@ def read_texts(
     protocol: str | None = None,
     folders: Mapping[str, GivenSource] | None = None,
 ) -> list[System]:
-    """Read sources by name with the bytes that ``texts`` has of them; other files that they include are opened.
+    """Read sources by name, with the bytes of ``texts``; other files that they include are opened.
 
-    ``folders`` are those of the names that are folders, as they were read before.
+    ``folders`` has the names that are folders, as they were read before.
 
     Raises:
         InputError: with what is wrong with all of them.
@@ -253,7 +254,7 @@ _PLUGIN_HELP: Final = "report it to the authors of the plugin, with what `cqos -
 
 
 def _refuse_unusable(system: object) -> None:
-    """Refuse what a foreign importer may return and nothing later could work with."""
+    """Refuse results of a plugin's importer that later stages could not use."""
     if not isinstance(system, System):
         raise TypeError(f"its reader returned a {type(system).__name__}, not a System")
     missing = {endpoint.participant for endpoint in kinds_of(system.endpoints)} - system.participants.keys()

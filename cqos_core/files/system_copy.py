@@ -1,4 +1,4 @@
-"""Copies of systems that share nothing which can change."""
+"""Copies systems so that the copy shares no mutable object."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _FIXED: Final = frozenset({Setting, Place, ProfileRef, TeamRule, Acceptance, Imp
 
 
 def copied(value: T) -> T:
-    """Return an equal system, or part of one, that shares nothing which can change."""
+    """Return a copy of a system, or of a part, that shares no mutable object with it."""
     kind = type(value)
     if kind in _FIXED:
         return value

@@ -1,4 +1,4 @@
-"""What is wrong with a system that a program made."""
+"""Finds mistakes in a system that a program built."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cqos_core.model.system import (
 
 
 def faults(system: System) -> list[Problem]:
-    """Say what is wrong with a system that a program put together, such as importers never make it."""
+    """Return the mistakes in a system that a program built; importers never make them."""
     known = KnownNames(system.participants)
     found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants, known)]
     for name, each in system.participants.items():
@@ -34,7 +34,7 @@ def faults(system: System) -> list[Problem]:
 def faults_of(
     endpoint: Endpoint, participants: Mapping[str, Participant], known: KnownNames | None = None
 ) -> Iterator[Problem]:
-    """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
+    """Yield the mistakes in an endpoint: a missing participant, an unknown role, or values that are no `Setting`."""
     name, where = f"endpoint `{endpoint.id}`", endpoint.place
     if endpoint.participant not in participants:
         message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"

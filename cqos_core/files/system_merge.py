@@ -1,4 +1,4 @@
-"""Several systems as one."""
+"""Merges several systems into one."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _BROKER: Final = "broker"
 
 
 def merge(systems: Sequence[System]) -> System:
-    """Put several systems together as one.
+    """Merge several systems into one.
 
-    A participant, topic or broker that several sources state is one. What they state differently of it is unknown, with a
-    warning. Each source has its own profiles and options where others state them differently. Endpoint ids that two
-    sources use become different when the system is resolved.
+    A participant, topic or broker that several sources state is one. A setting that they state differently is unknown, with
+    a warning. A source keeps its own profiles and options if others state them differently. Endpoint ids that two sources
+    use become different when the system is resolved.
     """
     systems = [system for system in systems if system != _EMPTY] or systems[:1]
     if len(systems) == 1:
@@ -75,19 +75,19 @@ def merge(systems: Sequence[System]) -> System:
 
 
 def _join_assumed(whole: System, system: System) -> None:
-    """Keep the values that all systems assume which assume any."""
+    """Keep the assumed values on which all systems with assumptions agree."""
     for name, values in system.assumed.items():
         whole.assumed[name] = tuple(each for each in whole.assumed.get(name, values) if each in values)
 
 
 def _keep_protocols_of_profiles(whole: System, systems: Sequence[System]) -> None:
-    """Let each profile state the protocol of the file that has it."""
+    """Set the protocol of each profile to that of its file."""
     for name, protocol in ((name, each.protocol) for each in systems for name in each.profiles):
         whole.profiles[name] = replace(whole.profiles[name], protocol=protocol)
 
 
 def _with_callers(systems: list[System]) -> list[System]:
-    """Return ``systems``, in which participants run the processes of other files that they call; each has its protocol."""
+    """Return ``systems`` with calls between files resolved, and with the protocol of each participant set."""
     if any(system.processes for system in systems):
         from cqos_core.bpmn.calls import run_by_callers
 
@@ -100,7 +100,7 @@ def _with_callers(systems: list[System]) -> list[System]:
 
 
 def _join_plans(whole: System, system: System) -> None:
-    """Take chains and links; the first of a name holds."""
+    """Merge chains and links; the first one of a name wins."""
     for what in ("chain", "link"):
         known = getattr(whole, f"{what}s")
         for name, each in getattr(system, f"{what}s").items():
@@ -110,7 +110,7 @@ def _join_plans(whole: System, system: System) -> None:
 
 
 def _tell_brokers_apart(systems: Sequence[System]) -> None:
-    """Give brokers ids of their own that several files describe under one name, each with addresses."""
+    """Rename brokers that several files describe under one name with different addresses."""
     taken: dict[str, tuple[str, ...]] = {}
     for system in systems:
         for name, broker in list(system.brokers.items()):
@@ -131,7 +131,7 @@ def _rename_broker(system: System, names: Mapping[str, str]) -> None:
 
 
 def join_addresses(whole: System) -> None:
-    """Take an address that a client names for the broker that says it is there, where only one does."""
+    """Replace the address that a client names by the broker with that address, if it is the only one."""
     there = grouped((address, broker.id) for broker in whole.brokers.values() for address in {*broker.addresses})
     if not there:
         return
@@ -152,7 +152,7 @@ def join_addresses(whole: System) -> None:
 
 
 def _spellings(address: str) -> Iterator[str]:
-    """Yield the addresses under which a broker may be known that a client names by this one, best first."""
+    """Yield the spellings of a broker address that mean the same, the most exact first."""
     host, _, port = address.rpartition("://")[2].lower().rpartition(":")
     if host and port.isdecimal():
         local = host in {"localhost", "::1"} or host.startswith("127.")
@@ -190,7 +190,7 @@ def _join_bridge(whole: System, known: Bridge, bridge: Bridge) -> None:  # noqa:
 
 
 def _way(route: Route) -> object:
-    """What a route carries, without where that is stated."""
+    """Return what a route carries, without its place."""
     ends = (
         (end.participant, end.kind, end.topic, *sorted((name, each.text) for name, each in end.settings.items()))
         for end in (route.source, route.target)
@@ -233,7 +233,7 @@ _JOINED: Final[dict[str, Callable[[System, Any, Any], None]]] = {
 
 
 def _with_own_options(systems: Sequence[System]) -> list[System]:
-    """Return ``systems``, with options that they state differently at the participants of each."""
+    """Return ``systems``; options that they state differently move to the participants."""
     stated = grouped(
         ((pack, name), setting.text)
         for system in systems
@@ -257,10 +257,10 @@ def _with_options_at_participants(system: System, names: Collection[tuple[str, s
 
 
 def _with_own_profiles(systems: Sequence[System]) -> tuple[list[System], list[Profile]]:
-    """Return ``systems``, each with its own of the profiles that they state differently, and what such a name is to others.
+    """Return ``systems`` with renamed profiles where they define one name differently, and profiles for ambiguous references.
 
-    A profile is then called after its file too: ``fast (robot.xml)``. A file that defines none of this name takes that of the
-    one file in its folder that does.
+    A renamed profile has its file in the name: ``fast (robot.xml)``. A file that does not define the name uses the profile of
+    the one file in its folder that does.
     """
     defined = grouped((name, profile) for system in systems for name, profile in system.profiles.items())
     several = {name: each for name, each in defined.items() if len({_content(profile) for profile in each}) > 1}
@@ -287,7 +287,7 @@ def _with_own_profiles(systems: Sequence[System]) -> tuple[list[System], list[Pr
 
 
 def _folder(system: System) -> str | None:
-    """The folder of a system's own file; None where it was read from none."""
+    """Return the folder of a system's own file; None if it has none."""
     source = next(iter(system.sources), None)
     return None if source is None else source.rpartition("/")[0]
 
@@ -342,6 +342,6 @@ def _references(system: System) -> Iterator[ProfileRef]:
 
 
 def _content(profile: Profile) -> object:
-    """What a profile states, without where."""
+    """Return what a profile states, without its place."""
     settings = sorted((name, each.text, str(each.unknown)) for name, each in profile.settings.items())
     return tuple(settings), tuple((ref.name, ref.scope) for ref in profile.base)

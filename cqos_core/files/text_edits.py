@@ -1,4 +1,4 @@
-"""Edits as new texts: a value is replaced where it stands, a setting is added where its format says how."""
+"""Applies edits to one text: values are replaced in place, and the inserter of the format adds settings."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class EditedText(NamedTuple):
-    """A source with edits applied, and the edits that could not be, each with the reason."""
+    """The bytes after edits, and the edits that could not be applied, each with the reason."""
 
     data: bytes
     left: tuple[tuple[Edit, str], ...] = ()
@@ -35,7 +35,7 @@ def edited_text(source: Source, edits: Iterable[Edit], inserter: Callable[[], In
     Args:
         source: the file.
         edits: all of this source.
-        inserter: returns what adds settings in this format; None where the format knows no way.
+        inserter: returns the function that adds settings in this format; None if the format has none.
     """
     data = source.data
     text = decode(data)
@@ -54,7 +54,7 @@ def edited_text(source: Source, edits: Iterable[Edit], inserter: Callable[[], In
 def replacements(
     source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]
 ) -> tuple[list[Replacement], list[tuple[Edit, str]]]:
-    """Return what edits replace in the text of one source, in order, and the edits that cannot be applied."""
+    """Return the replacements for edits of one source, in order, and the edits that cannot be applied."""
     data = source.data
     text = decode(data)
     left: list[tuple[Edit, str]] = []
@@ -97,7 +97,7 @@ _LEAF: Final = re.compile(r"""<[^\s<>/!?=]++(?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<
 
 
 def _replaced(text: str, edit: Edit, data: bytes) -> Replacement | None:
-    """Replace the value at its exact place; None where another text stands there."""
+    """Return the replacement of a value at its exact place; None if the place has another text."""
     place = exact([edit.place], {edit.place.source: data})[edit.place]
     lines = Lines(text)
     start = lines.start(place.line) if place.line is not None else None
@@ -123,13 +123,13 @@ def _means(written: str, old: str) -> bool:
 
 
 def _on_line(line: str, start: int, edit: Edit) -> Replacement | None:
-    """Replace a word of a line, if the line has it once."""
+    """Return the replacement of a word, if its line has it once."""
     found = [*re.finditer(rf"(?<![\w.]){re.escape(edit.old or '')}(?![\w.])", line)]
     return Replacement(start + found[0].start(), start + found[0].end(), edit.new) if len(found) == 1 else None
 
 
 def _in_xml(text: str, offset: int, edit: Edit) -> Replacement | None:
-    """Replace the value of an attribute, or the text of an element without children."""
+    """Return the replacement of an attribute value, or of the text of an element without children."""
     if found := _ATTRIBUTE.match(text, offset):
         start, end = found.start("value") + 1, found.end("value") - 1
         new = escape(edit.new)

@@ -1,4 +1,4 @@
-"""What a file is that no importer reads, and what takes it."""
+"""Explains files that no importer reads: what they are, and which option or command reads them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _HEAD: Final = 65_536
 _LINES: Final = 2_000
 _COMMENT: Final = regular_expression(r"\s*(?:#|//|;|--).*|\s*")
 _XML_COMMENTS: Final = regular_expression(r"\s*(?:<\?xml[^>]*\?>)?\s*(?:<!--.*?-->\s*)+", re.DOTALL)
-# Files of C-QoS that other options and commands take: by what is at their top.
+# Files of C-QoS for other options and commands, by their first lines.
 _OURS: Final = (
     (regular_expression(r'\s*\{\s*"baseline"\s*:'), "a baseline of C-QoS", "name it with `--baseline`"),
     (
@@ -41,7 +41,7 @@ _BEGIN: Final = f"a system file begins with `cqos: 1` and `protocol: …`; then 
 
 
 def unrecognised_problem(source: Source, plugins: Plugins) -> Problem:
-    """Say what ``source``, which no importer claims, is as far as that is known, and which command or option takes it."""
+    """Return the problem of a source that no importer claims, with the option or command that reads it, if one does."""
     what, advice = _known(source, plugins) or (
         "no installed importer recognises this format",
         _general(source),
@@ -81,7 +81,7 @@ def _known(source: Source, plugins: Plugins) -> tuple[str, str] | None:
 
 
 def _is_log(text: str, plugins: Plugins) -> bool:
-    """Whether a rule pack finds something about QoS in a line of it."""
+    """Whether a rule pack recognises a log line about QoS in the text."""
     packs = [pack for name in plugins.packs if (pack := plugins.pack(name)) is not None]
     return any(True for line in text.splitlines()[:_LINES] for pack in packs for _ in pack.read_log(line))
 

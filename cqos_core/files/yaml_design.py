@@ -1,4 +1,4 @@
-"""Any system as one that the YAML form can express: settings in its words, overlays laid over, unique ids.
+"""Converts any system to one that the YAML form can express: settings in its words, overlays applied, unique ids.
 
 An importer may read settings in a dialect (integer codes, bare seconds, names in free text) or from another
 file (overlays). This module converts them to settings of a system file, and notes what the form cannot express.
@@ -43,8 +43,8 @@ class Design:
     """A system in the words of the YAML form.
 
     Attributes:
-        comments: what is worth saying beside an endpoint, by its id: where an overlaid value comes from.
-        notes: what the form cannot say and was left out.
+        comments: by the id of an endpoint, where its overlaid values come from.
+        notes: what the form cannot express and was left out.
     """
 
     system: System
@@ -82,13 +82,13 @@ def design_of(system: System, context: ExportContext) -> Design:
 
 
 def is_not_known(setting: Setting) -> bool:
-    """Whether an importer could not read a setting, so that its text says nothing."""
+    """Whether the value of a setting is unknown, so that its text has no meaning."""
     return bool(setting.unknown) and isinstance(setting.unknown, str)
 
 
 @dataclass(frozen=True, slots=True)
 class _Spelling:
-    """What the settings of some endpoints are written in: the dialect of a pack, or None where that is the form's own."""
+    """The spelling of some settings: the dialect of a pack, or None for the spelling of the form itself."""
 
     pack: RulePack | None
     dialect: Dialect | None
@@ -96,11 +96,11 @@ class _Spelling:
 
     @property
     def foreign(self) -> bool:
-        """Whether there is anything to translate."""
+        """Whether settings have to be translated."""
         return self.pack is not None and self.dialect is not None and self.name != YAML
 
     def translated(self, settings: Settings) -> Settings:
-        """Return settings in the words of the form; what the pack does not know stays as it is written."""
+        """Return settings in the words of the form; unknown settings keep their text."""
         pack = self.pack
         if pack is None:
             return dict(settings)
@@ -123,7 +123,7 @@ class _Spelling:
         return found
 
     def _open(self, policy: Policy, setting: Setting, cases: Cases) -> Setting | None:
-        """Return a value that depends on an assumption as one that is not known; None where all cases are one value."""
+        """Return an unknown value for one that depends on an assumption; None if all cases have the same value."""
         default = policy.default if isinstance(policy.default, str) else ""
         texts = {
             when: (spelled(policy, text, self.dialect) if text else None) or default for when, text in cases.values
@@ -147,7 +147,7 @@ class _Spelling:
 
 
 class _Designer:
-    """Makes the design of one system."""
+    """Builds the design of one system."""
 
     def __init__(self, system: System, context: ExportContext) -> None:
         self.system = system
@@ -161,7 +161,7 @@ class _Designer:
         self.notes: dict[str, None] = {}
 
     def run(self) -> Design:
-        """Put the parts together."""
+        """Return the design."""
         endpoints = [made for each in self.endpoints if (made := self._endpoint(each)) is not None]
         for overlay in self.idle:
             self.notes[f"{overlay.name}{_at(overlay)} covers no endpoint"] = None
@@ -216,7 +216,7 @@ class _Designer:
         )
 
     def _own_protocol(self, endpoint: Endpoint) -> str | None:
-        """Return the protocol of an endpoint where it is not that of its participant anyway."""
+        """Return the protocol of an endpoint if it differs from that of its participant, else None."""
         inherited = self.system.participants[endpoint.participant].protocol or self.system.protocol
         return None if endpoint.protocol == inherited else endpoint.protocol
 
@@ -226,7 +226,7 @@ class _Designer:
         return replace(participant, template=None, protocol=protocol, label=label)
 
     def _lay_over(self, each: ExportEndpoint, spelling: _Spelling, settings: Settings) -> None:
-        """Put what is laid over an endpoint into its own settings, and say where it comes from."""
+        """Move overlaid values of an endpoint into its own settings, with a comment on their origin."""
         laid = _laid_over(each)
         for name, setting in spelling.translated(each.endpoint.overlay).items():
             laid[name] = ("", setting)
@@ -241,7 +241,7 @@ class _Designer:
             self.comments[each.id] = ", ".join(said)
 
     def _topic_name(self, each: ExportEndpoint, spelling: _Spelling) -> str:
-        """Return a name that means in a system file the topic that the endpoint is on."""
+        """Return a name that resolves to the topic of the endpoint in a system file."""
         written = each.endpoint.topic or ""
         if not spelling.foreign:
             self._keep_name(each, written)
@@ -261,10 +261,10 @@ class _Designer:
     def _keep_name(self, each: ExportEndpoint, written: str) -> None:
         self.kept_names |= {written, *(part.shown for part in each.parts)}
 
-    # What speaks of topics by their names
+    # Statements that name topics
 
     def _topics(self) -> dict[str, Topic]:
-        """Return what is known of topics, under the names they now have."""
+        """Return the stated topics under their new names."""
         found: dict[str, Topic] = {}
         for name, topic in self.system.topics.items():
             renamed = self.names.get(name)
@@ -285,7 +285,7 @@ class _Designer:
         return replace(acceptance, topic=None if acceptance.topic is None else self._pattern(acceptance.topic))
 
     def _pattern(self, text: str) -> str:
-        """Return a pattern over topics; one that is the name of a topic becomes its new name."""
+        """Return a pattern over topics; the former name of a topic becomes its new name."""
         return self.names.get(text, text)
 
 
@@ -297,13 +297,13 @@ def _spelling(each: ExportEndpoint) -> _Spelling:
 
 
 def _laid_over(each: ExportEndpoint) -> dict[str, tuple[str, Setting]]:
-    """Return policies whose value an overlay gives, alike for all that the endpoint stands for: overlay and value."""
+    """Return overlay and value of each policy whose value an overlay gives to all parts of the endpoint."""
     first, *others = map(_overlaid, each.parts) if each.parts else [{}]
     return {name: given for name, given in first.items() if all(other.get(name) == given for other in others)}
 
 
 def _overlaid(part: Resolved) -> dict[str, tuple[str, Setting]]:
-    """Return policies whose value an overlay gives, and nothing nearer: overlay and value."""
+    """Return overlay and value of each policy whose value an overlay gives."""
     found: dict[str, tuple[str, Setting] | None] = {}
     for layer in (each for each in part.layers if each.overlay != "may_hold"):  # the nearest first
         for index, stated in layer.settings.items():
@@ -313,7 +313,7 @@ def _overlaid(part: Resolved) -> dict[str, tuple[str, Setting]]:
 
 
 def _key(part: Resolved, name: str) -> str | None:
-    """The topic that ``name`` means in a system file, at the participant of ``part``."""
+    """Return the topic to which ``name`` resolves in a system file, at the participant of ``part``."""
     owner = part.participant
     stated = owner.participant
     kind = part.endpoint.kind
@@ -340,7 +340,7 @@ def _at(stated: object) -> str:
 
 
 class _User(NamedTuple):
-    """What decides which parts of a profile an endpoint takes."""
+    """Role and topic of an endpoint, which decide the parts of a profile that it uses."""
 
     role: Role
     topic: str
@@ -354,7 +354,7 @@ def _user(each: ExportEndpoint) -> _User:
 
 
 class _Profiles:
-    """The profiles of a system as the form has them: each the same for all who use it.
+    """The profiles of a system in the form: each has the same settings for all its users.
 
     One that is used in several dialects, or with different parts, becomes one for each way in which it
     reads.
@@ -370,7 +370,7 @@ class _Profiles:
         self.notes: dict[str, None] = {}
 
     def used(self, refs: Iterable[ProfileRef], spelling: _Spelling, user: _User) -> tuple[ProfileRef, ...]:
-        """Return references to the profiles as they read in ``spelling``, of their parts those that ``user`` takes."""
+        """Return references to the profiles in ``spelling``, with the parts that ``user`` uses."""
         covering = [ref for ref in refs if ref.scope.covers(user.role, user.topic)]
         user = user if self.scoped else _ANY_USER
         return tuple(
@@ -400,20 +400,20 @@ class _Profiles:
         return forms[form]
 
     def _only_named(self, profile: Profile) -> bool:
-        """Whether nothing is known of a profile: its name alone says as much, and leaves as much unknown."""
+        """Whether all settings of a profile are unknown, so that its name alone has the same effect."""
         nothing = bool(profile.settings) and not profile.base and all(map(is_not_known, profile.settings.values()))
         if nothing:
             self.notes[f"profile `{profile.name}` is named and not written, because what it sets is not known"] = None
         return nothing
 
     def _free(self, name: str, part: str | None, spelling: _Spelling, user: _User, *, first: bool) -> str:
-        """Return a name for one way in which a profile reads; where roles take different parts, each has its own."""
+        """Return a free name for one variant of a profile; if roles use different parts, each role has its variant."""
         if self._takes_sides(name):
             return unique_name(f"{name}-{user.role}", self.taken)
         return name if first else unique_name(f"{name}-{part or spelling.name}", self.taken)
 
     def _takes_sides(self, name: str) -> bool:
-        """Whether publishers and subscribers may take different parts of a profile."""
+        """Whether publishers and subscribers may use different parts of a profile."""
         seen, waiting = {name}, [name]
         while waiting:
             profile = self.stated.get(waiting.pop())
@@ -426,14 +426,14 @@ class _Profiles:
         return False
 
     def made(self) -> dict[str, Profile]:
-        """Return all profiles, unused ones as they were stated."""
+        """Return all profiles; unused ones are unchanged."""
         if self.scoped:
             self._make_unused()
             return dict(self.made_of)
         return {**self.stated, **self.made_of}
 
     def _make_unused(self) -> None:
-        """Make of each unused profile, if it is no part of another, the settings that each role takes from it."""
+        """Add the variants of unused profiles for both roles, except for profiles that are parts of others."""
         parts = {ref.name for each in self.stated.values() for ref in each.base if ref.scope.part is not None}
         plain = _Spelling(None, None, YAML)
         for name in self.stated:

@@ -1,4 +1,4 @@
-"""Adds settings to system files: to maps in block or flow form, in YAML or JSON; comments and layout stay."""
+"""Edits system files in YAML or JSON: adds and replaces settings. Comments and layout stay."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _MOST_KEPT: Final = 1_000_000  # characters; the nodes of a larger text are not 
 
 
 def is_json(text: str) -> bool:
-    """Whether a text is JSON, so that its new values have to be."""
+    """Whether a text is JSON, so that new values must be JSON too."""
     return text.lstrip()[:1] in {"{", "["} and text.lstrip().lstrip(" \t\r\n[{")[:1] in {'"', "}", "]"}
 
 
 def scalar(value: str, like: str = "", *, in_json: bool = False) -> str:
-    """Return a value as it may stand in YAML or JSON, in the quotes of what it takes the place of."""
+    """Return a value as YAML or JSON, with the quotes of the text ``like`` that it replaces."""
     if in_json:
         # A number takes the place of a number.
         typed = value[:1] in {"[", "{"} or like[:1] not in {"", '"'}
@@ -43,7 +43,7 @@ def scalar(value: str, like: str = "", *, in_json: bool = False) -> str:
 
 
 def difference(before: str, after: str) -> Replacement:
-    """Return the smallest replacement that makes one text of another."""
+    """Return the smallest replacement that turns one text into another."""
     most = min(len(before), len(after))
     start = next((at for at in range(most) if before[at] != after[at]), most)
     same = next((at for at in range(most - start) if before[-1 - at] != after[-1 - at]), most - start)
@@ -67,7 +67,7 @@ def insert(text: str, place: Place, settings: Mapping[str, str], *, typed: bool 
 
 
 def insert_nested(text: str, place: Place, path: tuple[str, ...], settings: Mapping[str, str]) -> Replacement | None:
-    """Add settings to the map that ``path`` leads to below the one at ``place``, and what of the path is missing."""
+    """Add settings to the map at ``path`` below the one at ``place``; missing maps of the path are added."""
     _, node = _found(text, place) or (None, None)
     where, missing = place, list(path)
     while missing and isinstance(node, yaml.MappingNode):
@@ -85,7 +85,7 @@ def insert_nested(text: str, place: Place, path: tuple[str, ...], settings: Mapp
 
 
 def state(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
-    """Replace those settings that the map at ``place`` has, and add the others."""
+    """Set settings of the map at ``place``: replace those that it has, add the others."""
     changed = text
     for name, value in settings.items():
         _, node = _found(changed, place) or (None, None)
@@ -99,7 +99,7 @@ def state(text: str, place: Place, settings: Mapping[str, str]) -> Replacement |
 
 
 def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
-    """Add settings to the map that has a key at ``place``; of a key with dots, all but the last part stays."""
+    """Add settings beside the key at ``place``; a key with dots gives its first parts to the new keys."""
     root = _root(text)
     if root is None or place.line is None or place.column is None:
         return None
@@ -141,7 +141,7 @@ def _root(text: str) -> Any:
 
 @lru_cache(maxsize=1)
 def _kept(text: str) -> Any:
-    """Compose a text once for all edits of it."""
+    """Return the composed nodes of a text; the last text is kept for further edits."""
     return _composed(text)
 
 
@@ -169,7 +169,7 @@ def _entries(root: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _found(text: str, place: Place) -> tuple[Any, Any] | None:
-    """Return the key at a place with its value, or the item of a list that begins there."""
+    """Return key and value at a place, or None and the list item that begins there."""
     root = _root(text)
     if root is None or place.line is None or place.column is None:
         return None
@@ -178,7 +178,7 @@ def _found(text: str, place: Place) -> tuple[Any, Any] | None:
         if key is None:
             if _is_at(value, line, column):
                 return None, value
-        # An alias stands for a map elsewhere, which others use too.
+        # An alias refers to a map elsewhere that has other users.
         elif _is_at(key, line, column) and (value.start_mark.line, value.start_mark.column) >= (line, column):
             return key, value
     return None
@@ -189,7 +189,7 @@ def _is_at(node: Any, line: int, column: int) -> bool:
 
 
 class _YamlText:
-    """A text of YAML or JSON, with the parts of it that nodes are."""
+    """A YAML or JSON text, with replacements at the places of its nodes."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -197,7 +197,7 @@ class _YamlText:
         self.in_json = is_json(text)
 
     def scalar(self, value: str, like: str = "") -> str:
-        """Return a value as it may stand in this text."""
+        """Return a value in the syntax of this text."""
         return scalar(value, like, in_json=self.in_json)
 
     def span(self, node: Any) -> tuple[int, int]:
@@ -214,12 +214,12 @@ class _YamlText:
         ]
 
     def replaced(self, node: Any, value: str) -> Replacement:
-        """Put a value in the place of a scalar."""
+        """Return the replacement of a scalar by a value."""
         start, end = self.span(node)
         return Replacement(start, end, self.scalar(value, like=self.text[start:end]))
 
     def add(self, node: Any, stated: list[str]) -> Replacement:
-        """Add entries to a map."""
+        """Return the replacement that adds entries to a map."""
         return self._in_flow(node, stated) if node.flow_style else self._in_block(node, stated)
 
     def _in_flow(self, node: Any, stated: list[str]) -> Replacement:
@@ -243,7 +243,7 @@ class _YamlText:
         return Replacement(start, start, "".join(f"{each}{newline}{indent}" for each in stated))
 
     def as_map(self, key: Any, node: Any, stated: list[str]) -> Replacement | None:
-        """Put a map in the place of nothing, or of the name of a profile that stands there alone."""
+        """Return the replacement of an empty value, or of the name of a profile, by a map."""
         start, end = self.span(node)
         if node.value and not (not node.style and node.value in {"~", "null", "Null", "NULL"}):
             profile = '"profile"' if self.in_json else "profile"
