@@ -1,4 +1,4 @@
-"""What an update breaks while only some participants have it: as text, as Markdown and as JSON."""
+"""Pairs that break while only some participants are updated, as text, Markdown and JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _WHEN: Final = {
 
 
 class ComparedVersions(NamedTuple):
-    """One system in both versions: its path, and what was found."""
+    """The comparison of both versions of one system."""
 
     path: str
     found: Breaking
@@ -39,7 +39,7 @@ class ComparedVersions(NamedTuple):
 
 
 def breaks_as_text(compared: Sequence[ComparedVersions], old: str, columns: int, *, color: bool) -> Iterator[str]:
-    """Yield lines for people: what breaks on each topic, and the order in which to update."""
+    """Yield text lines: what breaks on each topic, and the order of updates."""
     colors, wrapped = paint(color=color), partial(hanging, columns)
     for one in compared:
         for topic, breaks in groupby(one.found.breaks, key=lambda each: each.topic):
@@ -76,13 +76,13 @@ def _when(each: Break) -> str:
 
 
 def _alike(breaks: Iterable[Break]) -> Iterable[list[Break]]:
-    """Put breaks of one cause together: those of the same rule between the same participants, after the same updates."""
+    """Group breaks of one cause: the same rule, participants and updates."""
     key = attrgetter("finding.code", "publishing", "subscribing", "worse", "before", "after", "counts")
     return grouped((key(each), each) for each in breaks).values()
 
 
 def _end(one: ComparedVersions, old: str) -> Iterator[str]:
-    """Yield what to update in which order, and how much was found."""
+    """Yield the order of updates, and the counts."""
     found = one.found
     if found.unavoidable:
         yield "No order of updates avoids all of this: some pairs are worse once both ends are updated."
@@ -128,7 +128,7 @@ def breaks_as_markdown(compared: Sequence[ComparedVersions], old: str) -> Iterat
 
 
 def breaks_as_json(compared: Sequence[ComparedVersions], old: str) -> str:
-    """Return what breaks for programs."""
+    """Return what breaks, as JSON."""
     systems = [
         {
             "path": one.path,

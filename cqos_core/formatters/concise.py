@@ -1,4 +1,4 @@
-"""One line per cause, as compilers write them and editors read them."""
+"""The format ``concise``: one line per cause, as compilers print them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def render_concise(report: Report, style: Style) -> str:
     """Return ``file:line:col: error[CODE] message`` for each cause, and for each system the verdict and all counts.
 
-    A line ends with the name that was perhaps meant, and with the other findings of the cause.
+    A line ends with a similar name, if there is one, and with the other findings of the cause.
     """
     paint = terminal.paint(color=style.color)
     lines = [line for one in report.parts or (report,) for line in _lines(one, style, paint)]
@@ -45,4 +45,4 @@ def _lines(report: Report, style: Style, paint: terminal.Paint) -> Iterator[str]
 
 
 _MEANT = "did you mean"
-"""Begins what a message says of a name that is near; other help stands in the longer forms."""
+"""The beginning of help that proposes a similar name; other help is in the longer formats."""

@@ -1,4 +1,4 @@
-"""What two systems say differently: as text and as JSON."""
+"""Differences of two systems, as text and JSON."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def diff_as_text(found: Diff, a: str, b: str, sources: Mapping[str, bytes], columns: int, *, color: bool) -> str:
-    """Return the differences of two systems for people, topic by topic."""
+    """Return the differences of two systems as text, topic by topic."""
     colors = paint(color=color)
     at = _exact(found, sources)
     lines: list[str] = []
@@ -77,7 +77,7 @@ def _summary(found: Diff) -> str:
 
 
 def _exact(found: Diff, sources: Mapping[str, bytes]) -> Mapping[Place, Place]:
-    """Exact columns of the places that are shown."""
+    """Return the exact places of the values and endpoints that are shown."""
     facts = (fact.place for each in found.different for fact in (each.value_a, each.value_b))
     places = {place for place in (*facts, *(each.endpoint.place for each in found.missing)) if place is not None}
     return exact(places, sources)
@@ -87,7 +87,7 @@ def _exact(found: Diff, sources: Mapping[str, bytes]) -> Mapping[Place, Place]:
 
 
 def diff_as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> str:
-    """Return the differences of two systems for programs."""
+    """Return the differences of two systems as JSON."""
     at = _exact(found, sources)
 
     def place(place: Place | None) -> dict[str, Any] | None:

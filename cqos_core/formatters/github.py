@@ -1,4 +1,4 @@
-"""Workflow commands: GitHub shows each finding beside the line of the changed file it is about."""
+"""The format ``github``: workflow commands, which GitHub shows beside the changed lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def render_github(report: Report, style: Style) -> str:
     findings = [finding for finding in phrases.shown(report, style) if finding.accepted is None]
     places = Places(findings, style.sources)
     commands = [_command(finding, places, style) for finding in findings]
-    # No name from an input stands in the last line, which is no command: it could make it one.
+    # The last line is no command. A name from an input could make it one, so it has none.
     counts = phrases.counts(report, style, asks=False)
     return "\n".join([*commands, f"{report.verdict_words}{phrases.beside(report)}: {counts}"]) + "\n"
 

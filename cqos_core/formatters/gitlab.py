@@ -1,4 +1,4 @@
-"""GitLab's Code Quality report: GitLab shows each finding in the merge request, and which of them are new."""
+"""The format ``gitlab``: a Code Quality report, which GitLab shows in merge requests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""JUnit XML, which CI dashboards read: a system is a suite, a topic is a test.
+"""The format ``junit``, for CI dashboards: a system is a suite, a topic is a test.
 
 A test passes if its topic's pairs fit, fails with an error that stands, and is skipped where neither can be said:
 the verdict is unknown, or what does not fit was accepted. So nothing is green that was not found to fit.
@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 from cqos_core.formatters import phrases
 from cqos_core.formatters.places import Places
 
-# XML has no way to write most control characters; this spells them.
+# XML cannot hold most control characters, so they are spelled.
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.grouping import grouped
@@ -35,7 +35,7 @@ def render_junit(report: Report, style: Style) -> str:
     alike = Counter(map(phrases.heading, parts))
     for part in parts:
         name = phrases.heading(part)
-        # Dashboards put together what has one name.
+        # Dashboards merge suites of one name.
         apart = f" ({part.sources[0]})" if name and alike[name] > 1 and part.sources else ""
         _add_suite(suites, clean(f"{name}{apart}" or "C-QoS"), part, style)
     for name in _COUNTED:
@@ -46,7 +46,7 @@ def render_junit(report: Report, style: Style) -> str:
 
 
 def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> None:
-    """Add a suite with a test for each topic with pairs, in their order, then one for whatever only findings are about."""
+    """Add a suite with a test for each topic with pairs, and one for each other subject of findings."""
     suite = ET.SubElement(suites, "testsuite", name=name)
     verdicts: dict[str, Verdict] = {}
     for group in report.groups:
@@ -70,7 +70,7 @@ def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> N
 
 
 def _fill(case: ET.Element, verdict: Verdict, findings: Sequence[Finding], places: Places, style: Style) -> None:
-    """Add to a test why it fails or is skipped, and what else was found."""
+    """Add failure, skip reason and other findings to a test."""
     errors = [finding for finding in findings if _stands_as_error(finding)]
     if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
@@ -97,7 +97,7 @@ def _stands_as_error(finding: Finding) -> bool:
 
 
 def _tests(finding: Finding) -> list[str]:
-    """Names of the tests a finding belongs to."""
+    """Return the names of the tests that a finding belongs to."""
     topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
     return topics or [f"{finding.code} {finding.name}"]
 

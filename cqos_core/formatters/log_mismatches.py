@@ -1,4 +1,4 @@
-"""What running programs say of endpoints that do not match, with the reasons: as text and as JSON."""
+"""Log lines about incompatible endpoints with their explanations, as text and JSON."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _MOST_PAIRS: Final = 10
 def mismatches_as_text(
     explained: Sequence[Explained], log: str, lines: int, system: System | None, report: Report, style: Style
 ) -> str:
-    """Return for people what running programs say, topic by topic, with the pairs and rules that explain it."""
+    """Return the log lines as text, topic by topic, with the pairs and rules that explain them."""
     colors = paint(color=style.color)
     if not explained:
         return f"{clean(log)}: in {plural(lines, 'line')} no program says that an endpoint does not fit\n"
@@ -74,7 +74,7 @@ def _codes(each: Explained, publisher: str, subscriber: str) -> list[str]:
 
 
 def mismatches_as_json(explained: Sequence[Explained], log: str, lines: int, report: Report, style: Style) -> str:
-    """Return for programs what running programs say, and what explains it."""
+    """Return the log lines and their explanations as JSON."""
     return versioned(
         {
             "log": log,

@@ -1,4 +1,4 @@
-"""Markdown for the summary of a pipeline's step, or for a comment in a pull request."""
+"""The format ``markdown``, for summaries of pipeline steps and for comments in pull requests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cqos_core.model.style import Style
 
 _MOST: Final = 200  # causes: a summary of GitHub may have 1 MiB
-# What is markup, a mention, an emoji or an address that becomes a link.
+# Characters of markup, mentions, emojis and links.
 _SPECIAL = re.compile(r"[\\`*_{}\[\]<>&#|~@!$:]|(?<=www)\.", re.IGNORECASE)
 _MOST_UNREAD: Final = 100  # parts of one system: as above
 _NAME = re.compile(r"`([^`]+)`")

@@ -1,4 +1,4 @@
-"""Several reports of one run: put together as one, and what the configuration is to blame for said once."""
+"""Combines the reports of several systems, and keeps findings about the configuration once."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _ABOUT_CONFIGURATION: Final = frozenset({_UNUSED, "CQ602", "CQ603", "CQ604"})
 
 
 def without_repetition(reports: Sequence[Report], configurations: Sequence[Collection[str]]) -> list[Report]:
-    """Leave a finding about the files of a configuration in the first report only that has it.
+    """Return the reports with each finding about a configuration in the first one only.
 
-    ``configurations`` are the files of that of each report. An exception that one of the systems needs is not unused,
-    although the others under the same configuration do not need it.
+    ``configurations`` are the configuration files of each report. An exception is unused only if no system under the
+    configuration needs it.
     """
     alike = grouped(
         (frozenset(files), {_key(finding, files) for finding in report.findings})
@@ -47,7 +47,7 @@ def without_repetition(reports: Sequence[Report], configurations: Sequence[Colle
 
 
 def _key(finding: Finding, configuration: Collection[str]) -> tuple[str, str] | None:
-    """What tells findings about the files of a configuration apart; None of any other finding."""
+    """Return the identity of a finding about a configuration; None for any other finding."""
     place = finding.place
     if finding.code not in _ABOUT_CONFIGURATION or (place is not None and place.source not in configuration):
         return None
@@ -55,9 +55,9 @@ def _key(finding: Finding, configuration: Collection[str]) -> tuple[str, str] | 
 
 
 def combined_report(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Report:
-    """Put reports of separate systems together as one; inputs that could not be read are findings of it.
+    """Combine the reports of separate systems into one; inputs that could not be read become findings.
 
-    Its verdict is the worst, and never ``compatible`` where something was not read.
+    The verdict is the worst one, and never ``compatible`` if an input was not read.
     """
     if len(reports) == 1 and not problems:
         return reports[0]
@@ -92,7 +92,7 @@ def _unreadable(findings: tuple[Finding, ...], problems: Sequence[Problem]) -> R
 
 
 def _assumed(reports: Sequence[Report]) -> tuple[Assumption, ...]:
-    """Return what any of the reports assumes, each option with the values that all that name it assume."""
+    """Return the assumptions of the reports; an option has the values that all reports with it share."""
     found: dict[str, tuple[str, ...]] = {}
     for each in (assumed for report in reports for assumed in report.assumed):
         known = found.get(each.option, each.values)

@@ -1,4 +1,4 @@
-"""Words that several formatters say: counts, lists of members, remedies, worlds, the summary."""
+"""Phrases that several formatters share: counts, lists of members, fixes, assumptions, the verdict line."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def position(place: Place) -> str:
 
 
 def origin(fact: Fact) -> str:
-    """Where a value came from, in words; empty if it was stated outright."""
+    """Return the origin of a value in words; empty if the endpoint states it."""
     if fact.origin == "explicit":
         return ""
     kind, _, name = fact.origin.partition(" ")
@@ -52,16 +52,16 @@ def origin(fact: Fact) -> str:
 
 
 _ELSEWHERE = ("topic", "option", "convention", "settled by ")
-"""How origins of values begin that no end of a pair offers or requests."""
+"""Beginnings of the origins of values that no end of a pair states."""
 
 
 def label(side: str, fact: Fact) -> str:
-    """What a side says of one of its values: ``offered here``, but ``set here`` of one that is not its own."""
+    """Return the label of a value: that of the side, such as ``offered here``, or ``set here`` for a value from elsewhere."""
     return "set here" if side and fact.origin.startswith(_ELSEWHERE) else side
 
 
 def value(fact: Fact) -> str:
-    """The value, with its origin unless it was stated outright: ``reliable (from profile response)``."""
+    """Return a value with its origin: ``reliable (from profile response)``; without, if the endpoint states it."""
     if fact.value == "unknown" and fact.origin == "default":  # a fact: what has a default is known
         return "unknown (not stated)"
     written = fact.value or '""'
@@ -69,7 +69,7 @@ def value(fact: Fact) -> str:
 
 
 def shown(report: Report, style: Style) -> list[Finding]:
-    """The findings a text format prints: of the rules asked for, else up to a severity; accepted ones only with the notes."""
+    """Return the findings that a text format prints: of the chosen rules, else up to a severity; accepted ones only with notes."""
     return [
         finding
         for finding in report.findings
@@ -82,23 +82,23 @@ def shown(report: Report, style: Style) -> list[Finding]:
 
 
 def helps(finding: Finding) -> list[str]:
-    """What to do, in the order of the remedies, one sentence each; plain ones that follow each other share a sentence."""
+    """Return the fixes in their order, one sentence each; consecutive fixes without remarks share a sentence."""
     sentences: list[str] = []
     for costly, remedies in groupby(finding.remedies, key=lambda remedy: bool(_remarks(remedy))):
         texts = [fix(remedy) for remedy in remedies]
         sentences += texts if costly else [", or ".join(texts)]
-    # All of them are alternatives: without the word, the second line would read as a second thing to do.
+    # Fixes are alternatives: without "or", the second line would read as a second step.
     found = [f"or {text}" if number else text for number, text in enumerate(sentences)]
     return found if finding.help is None else [finding.help, *found]
 
 
 def message_and_helps(finding: Finding) -> str:
-    """The message, and below it a line for each thing to do."""
+    """Return the message, and below it a line for each help."""
     return "\n".join([finding.message, *(f"help: {sentence}" for sentence in helps(finding))])
 
 
 def fix(remedy: Remedy) -> str:
-    """The change in words, with what it costs."""
+    """Return a fix in words, with its costs."""
     remarks = _remarks(remedy)
     return f"{remedy.text} ({remarks})" if remarks else remedy.text
 
@@ -113,7 +113,7 @@ def _remarks(remedy: Remedy) -> str:
 
 
 def worlds(verdicts: Mapping[str, Verdict]) -> str:
-    """What the verdict depends on: ``fits with cyclonedds, connext; not with fastdds``."""
+    """Return the verdicts by assumption: ``fits with cyclonedds, connext; not with fastdds``."""
     names = _assumptions(verdicts)
     ordered = sorted(verdicts.items())
     phrases = [
@@ -125,7 +125,7 @@ def worlds(verdicts: Mapping[str, Verdict]) -> str:
 
 
 def _assumptions(worlds: Iterable[str]) -> dict[str, str]:
-    """Shorten ``ros2.rmw=fastdds`` to ``fastdds`` if all assumptions are about one option."""
+    """Return a name for each assumption: ``ros2.rmw=fastdds`` becomes ``fastdds`` if all are about one option."""
     found = {world: _OPTION.fullmatch(world) for world in worlds}
     if len({match and match[1] for match in found.values()}) > 1:
         return {world: world for world in found}
@@ -133,7 +133,7 @@ def _assumptions(worlds: Iterable[str]) -> dict[str, str]:
 
 
 def heading(report: Report) -> str:
-    """What was checked: the system's name, else the sources, or an empty text."""
+    """Return the name of the system, else its sources, else an empty text."""
     if report.system or not report.sources:
         return report.system
     more = len(report.sources) - 1
@@ -150,7 +150,7 @@ def assumed(report: Report) -> Iterator[str]:
 def counts(report: Report, style: Style, *, asks: bool = True) -> str:
     """Return ``2 topics, 4 pairs judged, 1 error, 2 notes (shown with --show notes)``.
 
-    ``asks``: what was not read is listed only where --show asks for it, so the option is named until it was given.
+    ``asks``: name the option that lists parts which were not read, unless it was given.
     """
     parts = [plural(report.topics, "topic"), f"{plural(report.pair_count, 'pair')} judged"]
     if report.hypothetical:
@@ -170,7 +170,7 @@ def counts(report: Report, style: Style, *, asks: bool = True) -> str:
 def not_read(report: Report) -> list[str]:
     """Return how many parts of each kind were not read: ``3 of 14 nodes``, ``1 include``."""
     totals = report.coverage.totals
-    # Several causes may hide parts of one.
+    # One part may have several causes.
     distinct = dict.fromkeys((each.kind, each.name or each.cause, each.place) for each in report.coverage.unread)
     kinds = Counter(kind for kind, *_ in distinct)
     return [
@@ -180,7 +180,7 @@ def not_read(report: Report) -> list[str]:
 
 
 def coverage(report: Report) -> Iterator[str]:
-    """Yield how much of the inputs was read, and each part of them that was not, although it may decide."""
+    """Yield the coverage, and each part of the inputs that was not read."""
     covered = report.coverage
     known = covered.endpoints - len(covered.unclear)
     missing = sum(each.endpoints for each in covered.unread)
@@ -201,13 +201,13 @@ def coverage(report: Report) -> Iterator[str]:
 
 
 def beside(report: Report) -> str:
-    """Return ``, 2 errors`` where there are errors that set no verdict, beside pairs that are all compatible."""
+    """Return ``, 2 errors`` if there are errors although all pairs are compatible."""
     errors = report.count(Severity.ERROR)
     return f", {plural(errors, 'error')}" if errors and report.verdict is Verdict.COMPATIBLE else ""
 
 
 def verdict(report: Report, style: Style, paint: Paint) -> Iterator[str]:
-    """Yield ``name: verdict: counts``, one line, after one about a part of a system and its endpoints without partner."""
+    """Yield the line ``name: verdict: counts``; before it, for a part of a system, a line on endpoints without partner."""
     name = f"{clean(heading(report))}: " if heading(report) else ""
     if loose := _loose_ends(report):
         yield f"{name}{loose}"

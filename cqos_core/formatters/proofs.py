@@ -1,4 +1,4 @@
-"""Runs of pairs on middleware: their timelines, and their records as JSON."""
+"""Runs of pairs on middleware: timelines as text, and records as JSON."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 
 def run_record(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Sequence[str]) -> dict[str, Any]:
-    """Return a run as JSON has it: the pair, the plan, what happened, and what differs from the verdict."""
+    """Return the JSON record of a run: the pair, the plan, the events, and disagreements with the verdict."""
     plan = asdict(trial.plan)
     return {
         "publisher": trial.publisher,
@@ -98,7 +98,7 @@ def runs_from_json(name: str, data: bytes) -> tuple[dict[str, Any], ...]:
 
 
 def _check(run: Mapping[str, Any]) -> None:
-    """Raise `TypeError` or `KeyError` for what is no run."""
+    """Raise `TypeError` or `KeyError` if a record is no run."""
     wrong = [key for key, kind in _FORM.items() if not isinstance(run[key], kind)]
     fault = run["plan"]["fault"]
     timeline(Event(**each) for each in run["events"])

@@ -1,4 +1,4 @@
-"""What changed in a running system between two looks at it, as lines of text."""
+"""Changes of a running system between two snapshots, as text lines."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _VERBS: Final = {"publisher": "publishes", "subscriber": "subscribes"}
 
 
 def watch_changes(look: Callable[[], System], context: Context, pause: Callable[[], object]) -> Iterator[str]:
-    """Look at a system again and again; yield what is there at first, then what changed, each time with the time of day.
+    """Take snapshots of a system; yield its state at first, then each change, with the time of day.
 
     Args:
-        look: returns the system as it is.
-        context: packs by which it is judged.
-        pause: waits between two looks; if it returns something true, there is no other look.
+        look: takes a snapshot.
+        context: the packs to check it with.
+        pause: waits between two snapshots; a true result ends the loop.
     """
     before: set[str] | None = None
     ended: object = False
@@ -56,7 +56,7 @@ def system_lines(system: System, context: Context) -> Iterator[str]:
 
 
 def subscriber_losses(report: Report) -> Iterator[str]:
-    """Yield what each subscriber does not get, where a pair of it is incompatible: nothing, or not all publishers."""
+    """Yield the subscribers with incompatible pairs, each with the number of publishers that it loses."""
     publishers: Counter[tuple[str, str]] = Counter()
     lost: Counter[tuple[str, str]] = Counter()
     for group in report.groups:
@@ -71,7 +71,7 @@ def subscriber_losses(report: Report) -> Iterator[str]:
 
 
 def _endpoint(endpoint: Endpoint, pack: RulePack | None) -> str:
-    """Return an endpoint with the values that are no defaults."""
+    """Return a line with an endpoint and its values other than defaults."""
     stated = ", ".join(
         f"{name} {each.text}"
         for name, each in endpoint.settings.items()

@@ -1,4 +1,4 @@
-"""How many findings each rule has: a line per rule, errors first, then the most frequent."""
+"""The format ``statistics``: the number of findings of each rule, errors first, then the most frequent."""
 
 from __future__ import annotations
 
