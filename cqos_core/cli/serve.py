@@ -100,7 +100,7 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
     metavar="URL",
     multiple=True,
     envvar=f"{_PREFIX}_ORIGIN",
-    help="A page from there may call the door for browsers, for instance https://example.org. Can be repeated.",
+    help="Pages of this origin may call the server for browsers, for instance https://example.org. Can be repeated.",
 )
 @click.option(
     "--token-file",

@@ -10,25 +10,25 @@ if TYPE_CHECKING:
 
 
 class AnswerCache:
-    """Answers by what was asked, the latest ones, bounded in number and bytes."""
+    """The latest answers by their requests, bounded in number and bytes."""
 
     def __init__(self, most: int, most_bytes: int) -> None:
-        """Begin with none."""
+        """Begin empty."""
         self._most = most
         self._most_bytes = most_bytes
         self._bytes = 0
         self._entries: OrderedDict[tuple[str, date, bytes], bytes] = OrderedDict()
 
     def get(self, key: tuple[str, date, bytes]) -> bytes | None:
-        """Return what was answered."""
+        """Return the answer to a request, if it is still there."""
         found = self._entries.get(key)
         if found is not None:
             self._entries.move_to_end(key)
         return found
 
     def put(self, key: tuple[str, date, bytes], value: bytes) -> None:
-        """Remember it, and forget the oldest where there is too much."""
-        if key in self._entries:  # two asked at the same time
+        """Add an answer; the oldest ones are dropped beyond the bounds."""
+        if key in self._entries:  # from an equal request at the same time
             return
         self._entries[key] = value
         self._bytes += len(key[2]) + len(value)

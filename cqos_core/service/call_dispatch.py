@@ -1,4 +1,4 @@
-"""Decides where a call is answered: from memory, at once in this process, or by a worker. Also who is let in.
+"""Decides where a call is answered: from memory, at once in this process, or by a worker. It also admits callers.
 
 Both servers come through here, with the bytes of messages.
 """
@@ -48,11 +48,11 @@ ENDS: Final = "the service ends"
 
 EVICTED: Final = "you have most of all calls under way, and others need the place"
 _REVISION: Final = re.compile(rb"\x08[\x80-\xff]{0,8}[\x00-\x7f]")
-"""Field 1, a number; a longer one is left to the decoder."""
+"""Field 1, a number; the decoder reads longer ones."""
 
 
 class CallDispatcher:
-    """Answers calls."""
+    """Answers the calls of both servers."""
 
     def __init__(self, settings: Settings, telemetry: Telemetry) -> None:
         """Answer within the limits of ``settings``."""
@@ -76,14 +76,14 @@ class CallDispatcher:
         log_event(logging.WARNING, "worker ended", why=why)
 
     def warm(self) -> None:
-        """Load every rule pack, so that no call has to wait for one."""
+        """Load all rule packs, so that no call waits for one."""
         answer("/cqos.v1.CatalogueService/ListPacks", b"", 0)
 
     def admit(self, metadata: Mapping[str, str]) -> str:
-        """Let a caller in; return the sum of its token, empty where none is asked for.
+        """Check the token of a caller; return its hash, or an empty text if no tokens are configured.
 
         Raises:
-            Refused: it has no token that is known.
+            Refused: the token is missing or unknown.
         """
         if not self.settings.tokens:
             return ""
@@ -98,7 +98,7 @@ class CallDispatcher:
     def count_call(
         self, metadata: Mapping[str, str], peer: str, certificate: str = ""
     ) -> AbstractContextManager[Caller]:
-        """Let a caller in for one call, within its share of what there is.
+        """Admit a caller for one call, within its quota.
 
         Raises:
             Refused: it has no token that is known, or too many calls under way.
@@ -106,20 +106,20 @@ class CallDispatcher:
         return self.callers.count_call(self.admit(metadata) or certificate or caller_address(peer))
 
     def count_watch(self, peer: str) -> AbstractContextManager[None]:
-        """Serve a health watch, apart from calls.
+        """Count a health watch.
 
         Raises:
-            Refused: there are too many who do.
+            Refused: there are too many.
         """
         return self.callers.count_watch(caller_address(peer))
 
     def shown(self, caller: Caller) -> str:
-        """Return what the log calls a caller: the name beside its token, else the beginning of the token's sum."""
+        """Return the name of a caller for the log: that of its token, else the beginning of the token's hash."""
         name = caller.name
         return self._names.get(name) or (f"token {name[:8]}" if name in self.settings.tokens else name)
 
     def hold_request(self, caller: Caller) -> AbstractContextManager[Callable[[int], None]]:
-        """Count the bytes of a request that comes in pieces; call what is yielded with the number that came.
+        """Count the bytes of a request that arrives in pieces; the yielded function adds them.
 
         Raises:
             Refused: there are too many under way.
@@ -138,8 +138,8 @@ class CallDispatcher:
     ) -> bytes:
         """Answer a call of one message: from memory, at once, or by a worker.
 
-        A modeler sends its model again whenever a shape moves, so an equal request is answered from memory. Requests of
-        browsers take a whole turn of the loop each, for HTTP; workers do the rest, also the slow conversion from and to JSON.
+        A modeler sends the same model whenever a shape moves, so equal requests are answered from memory. HTTP already takes
+        a turn of the loop for each request of a browser, so workers do the rest, also the conversion from and to JSON.
 
         Raises:
             Refused: it is not answered.
@@ -162,7 +162,7 @@ class CallDispatcher:
             return known
 
     async def _of_session(self, caller: Caller, method: str, data: bytes, seconds: float, *, json: bool) -> bytes:
-        """Answer a call for a session; JSON is turned into messages and back beside the loop, as it takes long."""
+        """Answer a call for a session. JSON is converted in a thread, because that is slow."""
         if not json:
             return await self.open.answer(caller, method, data, seconds)
         asked, answer = SESSIONS[method]
@@ -183,7 +183,7 @@ class CallDispatcher:
     async def _unary(self, caller: Caller, method: str, data: bytes, seconds: float, *, browser: bool) -> bytes:
         found = METHODS[method]
         revision, asked = _split(data)
-        # What is accepted depends on the day.
+        # Accepted exceptions depend on the day.
         key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
         known = self._answers.get(key)
         if known is None:
@@ -205,7 +205,7 @@ class CallDispatcher:
         """Answer a stream of pairs, one by one.
 
         Raises:
-            Refused: something came that is no message, or nothing for too long.
+            Refused: a message cannot be decoded, or none came in time.
         """
         heard = MessageStream(self, caller, requests, _stream_ended)
         while (data := await heard.next()) is not None:
@@ -238,12 +238,12 @@ class CallDispatcher:
                     data = await heard.next()
             finally:
                 self.telemetry.meter.add("sessions", more=-1)
-                # A caller that is gone keeps no place.
+                # Also if the caller is gone.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 
     async def _here(self, caller: Caller, work: Callable[[], bytes]) -> bytes:
-        """Do what is done in this process; others come between two answers for one caller, however many it waits for."""
-        if caller.calls == 1:  # one after the other anyway
+        """Answer in this process; other callers come between two answers for one caller."""
+        if caller.calls == 1:  # its answers follow each other anyway
             return self._timed(caller, work)
         async with caller.turn:
             done = self._timed(caller, work)
@@ -274,23 +274,23 @@ def _stream_ended(why: str) -> Refused:
 
 
 class MessageStream:
-    """The messages of a stream, as long as the service runs and the caller sends any."""
+    """The messages of a stream. The wait for the next one ends when it takes too long, or the service ends."""
 
     def __init__(
         self, calls: CallDispatcher, caller: Caller, requests: AsyncIterator[bytes], ended: Callable[[str], Refused]
     ) -> None:
-        """Listen to a caller; ``ended`` says why it is no longer heard."""
+        """Take the requests of a caller; ``ended`` makes the refusal when the wait ends."""
         self._calls = calls
         self._caller = caller
         self._requests = requests
-        # The first message is there, or on its way: a place that is taken without one is soon free again.
+        # The first message should come at once: a stream without one must not keep its place.
         self._patience = min(calls.limits.seconds, calls.limits.idle_seconds)
         self._ended = ended
         self._why = ""
         self._task: asyncio.Task[Any] | None = None
 
     async def next(self) -> bytes | None:
-        """Wait for the next one; None at the end.
+        """Return the next message; None at the end.
 
         Raises:
             Refused: the service ends, or it took too long.
@@ -316,20 +316,20 @@ class MessageStream:
         return data
 
     def end(self, why: str) -> None:
-        """Wait no longer, if it waits."""
+        """End the wait, if there is one."""
         if self in self._calls.listening and self._task is not None:
             self._why = why
             self._task.cancel()
 
 
 def _split(data: bytes) -> tuple[bytes, bytes]:
-    """Split a request into its revision, which writers put first as field 1, and the rest."""
+    """Split a request into its revision, which is field 1 and comes first, and the rest."""
     revision = _REVISION.match(data)
     return (b"", data) if revision is None else (revision[0], data[revision.end() :])
 
 
 def internal_error(error: BaseException, request_id: str) -> Refused:
-    """Return what a caller gets of an internal error; the log of the service has the rest."""
+    """Log an internal error, and return the refusal for the caller, which only has the request id."""
     trace = str(error) if isinstance(error, CallFailedError) else "".join(traceback.format_exception(error))
     log_event(logging.ERROR, "internal error", request_id=request_id, traceback=trace)
     return Refused("INTERNAL", f"internal error; the service's log has it under request id {request_id}")

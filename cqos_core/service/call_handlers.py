@@ -1,6 +1,6 @@
-"""What each call without memory does: from the bytes of a request to those of its answer.
+"""Handlers of the calls without sessions: from the bytes of a request to the bytes of its answer.
 
-No rule is judged here and nothing is decided that the library decides. Everything may run in any process.
+Handlers only call the library, and may run in any process.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """One call.
+    """One call of the contract.
 
     Attributes:
         request: class of its message.
-        answer: from the message and the greatest number of endpoints to the answer.
-        apart: whether the size of a request says nothing about the work it makes, so that a worker does it.
+        answer: makes the answer from the message and the most endpoints of a system.
+        apart: whether a request needs a worker although it is small.
     """
 
     request: Any
@@ -94,14 +94,14 @@ def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
 
 
 def list_packs(request: catalogue_pb2.ListPacksRequest, _most: int) -> catalogue_pb2.ListPacksResponse:
-    """Say what is installed."""
+    """Return the installed packs."""
     from cqos_core.remote.catalogue import packs_message
 
     return packs_message(request.revision)
 
 
 def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2.GetPackResponse:
-    """Describe one rule pack."""
+    """Return the description of one rule pack."""
     from cqos_core.remote.catalogue import pack_message
 
     pack = load_plugins().pack(request.id)
@@ -112,7 +112,7 @@ def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2
 
 
 def get_rule(request: catalogue_pb2.GetRuleRequest, _most: int) -> catalogue_pb2.GetRuleResponse:
-    """Describe one rule."""
+    """Return the description of one rule."""
     from cqos_core.remote.catalogue import rule_message
 
     found = rule_message(request.code, request.revision)
@@ -145,20 +145,20 @@ def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.C
 
 
 def check_one_pair(request: check_pb2.CheckPairRequest, _most: int) -> check_pb2.CheckPairResponse:
-    """Judge one offer against one request."""
+    """Check one pair."""
     response = check_pb2.CheckPairResponse(revision=request.revision)
     write_pair_report(response.report, request)
     return response
 
 
 def write_pair_report(message: report_pb2.PairReport, request: check_pb2.CheckPairRequest, path: str = "") -> None:
-    """Judge the pair of a message, and write what it asks for."""
+    """Check the pair of a request, and write the requested fields of its report."""
     paths = paths_of(request, report_pb2.PairReport, path)
     write_pair(message, judge_pair_request(request, path), paths)
 
 
 def judge_pair_request(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
-    """Judge the pair of a message, whose fields stand at ``path``.
+    """Return the report of the pair of a request; ``path`` is that of its fields in errors.
 
     Raises:
         Refused: there is no such protocol.
@@ -177,10 +177,10 @@ def _lists(values: Mapping[str, check_pb2.NameList]) -> dict[str, str]:
 
 
 def answer_of_stream(data: bytes) -> bytes:
-    """Answer one message of a stream of pairs; what is wrong with it is part of the answer.
+    """Answer one message of a stream of pairs; its mistakes are part of the answer.
 
     Raises:
-        Refused: it is no message at all, which ends the stream.
+        Refused: it cannot be decoded, which ends the stream.
     """
     request = decode(check_pb2.CheckPairsRequest, data)
     response = check_pb2.CheckPairsResponse(revision=request.pair.revision)
@@ -261,12 +261,12 @@ def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertRe
 
 
 def _always(_request: Any) -> bool:
-    """Whether a request is for a worker: a small file may stand for a large system, and may be hard to read."""
+    """Return True: a small file may expand to a large system, so a worker reads it."""
     return True
 
 
 def _has_bridges(request: check_pb2.CheckSystemRequest) -> bool:
-    """Whether a model may have more endpoints than it states."""
+    """Whether a model has bridges, which add endpoints."""
     return bool(request.system.bridges)
 
 

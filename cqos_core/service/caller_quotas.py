@@ -1,4 +1,4 @@
-"""Who calls, and how much of the service each of them has at the moment."""
+"""Quotas of callers: calls, bytes, sessions and processor time that each uses at the moment."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _IPV6_NETWORK: Final = 64
 _OWN_PART: Final = 0.5
 _ALL_PARTS: Final = 0.6
 _AT_ONCE: Final = 4
-"""Of a caller that has more calls under way, workers answer all: between two answers here the loop has to come to others."""
+"""The most calls of a caller for answers in the serving process; with more, workers answer all of them."""
 _SAVED_SECONDS: Final = 0.1
 _REMEMBERED_SECONDS: Final = 60.0
 _MOST_REMEMBERED: Final = 10_000
@@ -33,10 +33,10 @@ _WATCHES: Final = 256
 
 
 class TimeBudget:
-    """Seconds of the serving process: a share of elapsed time, saved up to a limit."""
+    """Seconds of processor time in the serving process: a part of elapsed time, saved up to a limit."""
 
     def __init__(self, part: float, saved: float = _SAVED_SECONDS) -> None:
-        """Begin with all that can be saved."""
+        """Begin with the most that can be saved."""
         self._part = part
         self._most = self._left = saved
         self._seen = time.monotonic()
@@ -50,20 +50,20 @@ class TimeBudget:
         return self._left
 
     def spend(self, seconds: float) -> None:
-        """Take what was used."""
+        """Subtract used seconds."""
         self._left -= seconds
 
 
 class Caller:
-    """One who calls.
+    """A caller of the service.
 
     Attributes:
-        name: what tells it from others; a sum of its token at most, never the token.
-        share: part of all that there is that it may have.
-        turn: held while something is answered in the process that serves: others come between two of its answers.
-        budget: what it may use of that process; beyond that, workers answer it.
+        name: its identity: a hash of its token, never the token.
+        share: the part of all resources that it may use.
+        turn: held while the serving process answers it, so that other callers come between two answers.
+        budget: the time that it may use in the serving process; beyond that, workers answer it.
         seen: when it last called.
-        going: how many of its calls end, because others need their places.
+        going: how many of its calls are being evicted.
     """
 
     def __init__(self, name: str, share: float) -> None:
@@ -77,27 +77,27 @@ class Caller:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing of it is under way."""
+        """Whether it has no call, watch or session."""
         return not (self.calls or self.watches or self.sessions)
 
 
 class SharedBytes:
-    """Bytes that callers have together, each up to its share; where there are too many, those of who has most go first."""
+    """A bounded number of bytes that callers share. If they are too many, those of the caller with the most are dropped."""
 
     def __init__(self, whole: int) -> None:
-        """Hold so many at most."""
+        """Hold at most ``whole`` bytes."""
         self.whole = whole
         self.held = 0
         self._sizes: dict[str, dict[object, tuple[int, Callable[[], None]]]] = {}
 
     def of(self, caller: str) -> int:
-        """How many bytes a caller has."""
+        """Return how many bytes a caller holds."""
         return sum(size for size, _ in self._sizes.get(caller, {}).values())
 
     def put(self, caller: Caller, key: object, size: int, drop: Callable[[], None]) -> bool:
-        """Hold ``size`` bytes under a key, in place of those that are there; ``drop`` is called if they have to go.
+        """Hold ``size`` bytes under a key, in place of its former ones; ``drop`` is called when they are evicted.
 
-        Whether there is room: not if they are beyond the caller's share, or no other caller has more.
+        Return whether there is room: not beyond the share of the caller, nor if no other caller holds more.
         """
         self.forget(caller.name, key)
         if self.of(caller.name) + size > max(_part(self.whole, caller.share), size if not self.held else 0):
@@ -115,7 +115,7 @@ class SharedBytes:
         return True
 
     def forget(self, caller: str, key: object) -> None:
-        """Hold them no longer."""
+        """Release the bytes of a key."""
         own = self._sizes.get(caller, {})
         if key in own:
             self.held -= own.pop(key)[0]
@@ -124,10 +124,10 @@ class SharedBytes:
 
 
 class Callers:
-    """All who have calls under way."""
+    """The callers with calls under way, and what each of them uses."""
 
     def __init__(self, limits: Limits, meter: Meter, shares: Mapping[str, float] | None = None) -> None:
-        """Let each have the share that the limits allow, or ``shares`` by the name of the caller."""
+        """Give each caller the share of the limits, or its own of ``shares``."""
         self._limits = limits
         self._meter = meter
         self._shares = shares or {}
@@ -139,7 +139,7 @@ class Callers:
         self._budget = TimeBudget(_ALL_PARTS)
 
     def _caller(self, name: str) -> Caller:
-        """Return who has a name; those that have not called for a while are forgotten."""
+        """Return the caller of a name; idle callers are forgotten after a while."""
         caller = self._known.get(name)
         if caller is None:
             now = time.monotonic()
@@ -154,22 +154,22 @@ class Callers:
         return caller
 
     def may_answer_here(self, caller: Caller) -> bool:
-        """Whether a caller, and all together, have left something of the time of the serving process."""
+        """Whether a caller, and all callers together, may use more time of the serving process."""
         return caller.calls <= _AT_ONCE and caller.budget.left > 0 and self._budget.left > 0
 
     def answered_here(self, caller: Caller, seconds: float) -> None:
-        """Count what an answer in the serving process took."""
+        """Subtract the time of an answer in the serving process."""
         caller.budget.spend(seconds)
         self._budget.spend(seconds)
 
     async def time_for(self, caller: Caller) -> None:
-        """Wait until a caller has something left of the time of the serving process."""
+        """Wait until a caller may use the serving process again."""
         while min(caller.budget.left, self._budget.left) <= 0:  # noqa: ASYNC110 - it refills with time
             await asyncio.sleep(_SAVED_SECONDS)
 
     @contextmanager
     def count_watch(self, name: str) -> Iterator[None]:
-        """Count a stream that watches health, which needs no token and takes no place of calls.
+        """Count a stream that watches health; it needs no token, and does not count as a call.
 
         Raises:
             Refused: its caller has too many, or all have.
@@ -204,7 +204,7 @@ class Callers:
             yield caller
 
     def _one_gives_way(self, caller: Caller) -> bool:
-        """End a call of the caller that has most, if that is more than this one will have and waits for its own caller."""
+        """Evict a waiting call of the caller with the most calls, if that has more than ``caller`` will have; return whether one was evicted."""
         most = max(self._waiting, key=lambda each: each.calls - each.going, default=None)
         if most is None or most.calls - most.going <= caller.calls + 1:
             return False
@@ -218,7 +218,7 @@ class Callers:
 
     @contextmanager
     def waiting_place(self, caller: Caller, give_way: Callable[[], None]) -> Iterator[None]:
-        """Wait for a message of a caller: if others need its place, ``give_way`` is called, and the wait has to end."""
+        """Mark a call as waiting for a message of its caller; ``give_way`` is called when it is evicted, and must end the wait."""
         mine = object()
         self._waiting.setdefault(caller, {})[mine] = give_way
         try:
@@ -233,7 +233,7 @@ class Callers:
 
     @contextmanager
     def hold_answer(self, caller: Caller, size: int, drop: Callable[[], None]) -> Iterator[None]:
-        """Count the bytes of an answer until it is read; ``drop`` is called if others need the room.
+        """Count the bytes of an answer until it is read; ``drop`` is called when they are evicted.
 
         Raises:
             Refused: the caller, or all of them, have too many answers that they do not read.
@@ -250,10 +250,10 @@ class Callers:
 
     @contextmanager
     def hold_request(self, caller: Caller) -> Iterator[Callable[[int], None]]:
-        """Count the bytes of a request while it is under way: call what is yielded with how many have come.
+        """Count the bytes of a request while it is under way; the yielded function adds bytes that arrived.
 
         Raises:
-            Refused: those of its caller, or of all, are too many; of a request that needs no worker they never are.
+            Refused: the caller, or all callers, have too many; a request that needs no worker is never refused.
         """
         mine = 0
 
@@ -304,7 +304,7 @@ class Callers:
 
     @contextmanager
     def hold_session(self, caller: Caller) -> Iterator[Callable[[int], None]]:
-        """Count the bytes that a session of a caller holds between calls: call what is yielded with their new number.
+        """Count the bytes that a session holds between calls; the yielded function sets their number.
 
         Raises:
             Refused: those of its caller, or of all, would be too many.
@@ -331,7 +331,7 @@ class Callers:
 
 @contextmanager
 def _counted(what: str, *where: Caller | Callers) -> Iterator[None]:
-    """Count one more while it is under way."""
+    """Add one to a counter during the block."""
     for each in where:
         setattr(each, what, getattr(each, what) + 1)
     try:
@@ -347,9 +347,10 @@ def _part(whole: int, share: float) -> int:
 
 @lru_cache(maxsize=4_096)
 def caller_address(peer: str) -> str:
-    """Return what calls from one place have in common, of a peer as gRPC or HTTP tells it: ``ipv4:192.0.2.1:5000``.
+    """Return the identity of a peer, which gRPC or HTTP gives as ``ipv4:192.0.2.1:5000``.
 
-    That is the address of a machine, of IPv6 its network; on this machine it is the connection, since all share an address.
+    It is the address of a machine, or its network for IPv6. On this machine it is the connection, because all peers share the
+    address.
     """
     text = re.sub("^(ipv4:|ipv6:)+", "", unquote(peer))
     host = text.rpartition(":")[0].removeprefix("[").removesuffix("]")

@@ -1,4 +1,4 @@
-"""The door for gRPC: `grpc.aio` with reflection and health."""
+"""The gRPC server: `grpc.aio` with reflection and health."""
 
 from __future__ import annotations
 
@@ -45,21 +45,21 @@ SERVICES: Final = tuple(
 _REFLECTION: Final = f"/{reflection.SERVICE_NAME}/ServerReflectionInfo"
 _HEAD_ROOM: Final = 1024 * 1024
 ERROR_BYTES: Final = "cqos-error-bytes"
-"""In which callers say how many bytes of details they take with an error."""
+"""The header in which a caller states how many bytes of error details it takes."""
 _DETAILS: Final = 4 * 1024
-"""For those who say nothing: in text and with the message, within the 8 KiB that gRPC lets them take."""
+"""For callers without the header: with the message, the details fit into the 8 KiB of gRPC."""
 _MOST_DETAILS: Final = 1024 * 1024
 _KEEPALIVE_MS: Final = 60_000
 _HANDSHAKE_MS: Final = 10_000
 _STREAMS: Final = 128
-"""Calls on one connection at the same time; clients keep back what is more, and it costs nothing here."""
+"""Concurrent calls on one connection; clients queue further ones."""
 _HEALTH_SECONDS: Final = 5.0
 _REFUSING_SECONDS: Final = 0.5
-"""Before a caller hears that it has too much under way: one that asks again at once would take the time of others."""
+"""Delay of a refusal for exceeded quotas, so that a caller that retries at once takes no time of others."""
 
 
 class GrpcServer:
-    """A gRPC server around `CallDispatcher`."""
+    """The gRPC server around a `CallDispatcher`."""
 
     def __init__(self, calls: CallDispatcher, settings: Settings) -> None:
         """Open the address.
@@ -71,16 +71,16 @@ class GrpcServer:
         self._settings = settings
         self._refusing = asyncio.Lock()
         self._server = grpc.aio.server(
-            # Calls are counted per caller when they are let in. A limit here would let strangers take all places.
+            # Calls are counted per caller after admission. A limit here would let strangers use up all places.
             options=(
                 ("grpc.max_concurrent_streams", max(_STREAMS, 2 * settings.limits.sessions)),
                 ("grpc.server_handshake_timeout_ms", _HANDSHAKE_MS),
                 ("grpc.max_connection_idle_ms", int(settings.limits.idle_seconds * 1000)),
-                # What is larger than our own limit by little shall hear from us what the limit is.
+                # A message little larger than our limit is refused by us, with the limit in words.
                 ("grpc.max_receive_message_length", settings.limits.message_bytes + _HEAD_ROOM),
                 ("grpc.max_send_message_length", -1),
                 ("grpc.so_reuseport", int(settings.processes > 1)),
-                # A caller that is gone without a word holds a session no longer than this.
+                # A vanished caller holds a session no longer than this.
                 ("grpc.keepalive_time_ms", _KEEPALIVE_MS),
                 ("grpc.keepalive_timeout_ms", _KEEPALIVE_MS // 3),
                 ("grpc.http2.min_recv_ping_interval_without_data_ms", _KEEPALIVE_MS // 6),
@@ -117,9 +117,9 @@ class GrpcServer:
         return address_text(host, opened)
 
     def _handlers(self, service: str) -> dict[str, Any]:
-        """Handlers that take and give bytes: what is large is decoded where it is answered.
+        """Return handlers of bytes: large messages are decoded where they are answered.
 
-        Those of one message are streams, too: so their caller is let in before the message is waited for.
+        Calls of one message are streams, too, so that their caller is admitted before the message is read.
         """
         streams = {PAIRS: self._calls.pairs, EDIT: self._calls.edit}
         handlers: dict[str, Any] = {
@@ -160,7 +160,7 @@ class GrpcServer:
 
     @asynccontextmanager
     async def _watched(self, method: str, context: Any) -> AsyncIterator[tuple[CallRecord, Caller]]:
-        """Let the caller in, and tell how its call ends."""
+        """Admit the caller, and record how its call ends."""
         calls, metadata, peer = self._calls, _metadata(context), context.peer()
         watch = calls.telemetry.begin(method, metadata, peer)
         try:
@@ -182,27 +182,27 @@ class GrpcServer:
         watch.end("OK")
 
     def _certificate(self, context: Any) -> str:
-        """Whom the certificate of a caller names; empty where none is asked for."""
+        """Return the names in the certificate of a caller; empty if none is required."""
         if self._settings.client_authority is None:
             return ""
         return b" ".join(sorted(context.peer_identities() or ())).decode("utf-8", "replace")
 
     async def start(self) -> None:
-        """Answer from now on."""
+        """Start to answer."""
         await self._server.start()
         for name in ("", *SERVICES):
             await self.health.set(name, health_pb2.HealthCheckResponse.SERVING)
 
     async def leave(self) -> None:
-        """Say to those who ask for health that this ends; calls are still taken."""
+        """Report in health checks that the service ends; calls are still accepted."""
         await self.health.enter_graceful_shutdown()
 
     async def stop(self, grace: float) -> None:
-        """Take no more calls, and end when those under way are answered, or after ``grace`` seconds."""
+        """Accept no more calls, and stop when those under way are answered, or after ``grace`` seconds."""
         await self._server.stop(grace)
 
     async def _health_checked(self, _requests: Any, context: Any) -> bytes:
-        """Answer how it is: to everybody, and whatever else is under way."""
+        """Answer a health check of any caller, at any load."""
         try:
             request = health_pb2.HealthCheckRequest.FromString(await _only_message(context, _HEALTH_SECONDS))
         except Refused as refused:
@@ -212,7 +212,7 @@ class GrpcServer:
         return bytes(response.SerializeToString())
 
     async def _health_watched(self, _requests: Any, context: Any) -> AsyncIterator[bytes]:
-        """Say how it is whenever that changes: to so many at a time."""
+        """Answer a health watch, within the limit of watches."""
         try:
             with self._calls.callers.count_watch(caller_address(context.peer())):
                 request = health_pb2.HealthCheckRequest.FromString(await _only_message(context, _HEALTH_SECONDS))
@@ -231,9 +231,9 @@ class GrpcServer:
             raise
 
     async def _refuse(self, context: Any, refused: Refused, request_id: str) -> None:
-        """End a call that is refused: one in a turn of the loop, and that of a caller with too much under way later.
+        """End a refused call: one in each turn of the loop, and with a delay if the caller exceeds its quota.
 
-        Hundreds of streams that are refused together would else end in one turn, and all other calls wait for that.
+        Else hundreds of refused streams would end in one turn, and all other calls would wait.
         """
         if refused.reason == CALLER_QUOTA or refused.code == "UNAUTHENTICATED":
             await asyncio.sleep(_REFUSING_SECONDS)
@@ -243,7 +243,7 @@ class GrpcServer:
 
 
 class _QueueContext:
-    """The context of a call whose answers are taken from a queue."""
+    """The context of a call that puts its answers into a queue."""
 
     def __init__(self, context: Any, answers: asyncio.Queue[bytes]) -> None:
         self._context = context
@@ -257,17 +257,17 @@ class _QueueContext:
 
 
 def _in_own_place(_give_way: Callable[[], None]) -> AbstractContextManager[None]:
-    """Wait in a place that nobody else needs."""
+    """Return the context of a wait that is never evicted."""
     return nullcontext()
 
 
 async def _only_message(
     context: Any, seconds: float, waiting: Callable[[Callable[[], None]], AbstractContextManager[None]] = _in_own_place
 ) -> bytes:
-    """Wait for the message of a call.
+    """Return the message of a call.
 
     Raises:
-        Refused: none arrives in time, or others need the place.
+        Refused: none arrives in time, or the call is evicted.
     """
     loop, task = asyncio.get_running_loop(), cast("asyncio.Task[Any]", asyncio.current_task())
     ended: list[Refused] = []
@@ -293,7 +293,7 @@ async def _only_message(
 
 
 class _Reflection(reflection.aio.ReflectionServicer):
-    """Says what there is."""
+    """Reflection of the services."""
 
     def __init__(self, calls: CallDispatcher, names: list[str]) -> None:
         super().__init__(names)
@@ -303,7 +303,7 @@ class _Reflection(reflection.aio.ReflectionServicer):
         """Answer a stream, within the caller's share of the time of this process.
 
         Raises:
-            Refused: something came that is no message, or nothing for too long.
+            Refused: a message cannot be decoded, or none came in time.
         """
         heard = MessageStream(self._calls, caller, requests, _reflection_ended)
         while (data := await heard.next()) is not None:
@@ -326,7 +326,7 @@ def _reflection_ended(why: str) -> Refused:
 
 
 def _metadata(context: Any) -> dict[str, str]:
-    """What a caller says beside its message, as far as it is text."""
+    """Return the metadata of a call, as far as it is text."""
     return {name: value for name, value in context.invocation_metadata() or () if isinstance(value, str)}
 
 
@@ -335,7 +335,7 @@ _CODES: Final = {code.name: code for code in grpc.StatusCode}
 
 async def _abort(context: Any, refused: Refused, request_id: str) -> None:
     given = _metadata(context).get(ERROR_BYTES, "")
-    # A number of thousands of digits is none.
+    # A number of thousands of digits is refused.
     most = min(int(given), _MOST_DETAILS) if re.fullmatch("[0-9]{1,9}", given) else _DETAILS
     status = fitted(refused.status(), most)
     trailing = (("grpc-status-details-bin", status.SerializeToString()), (REQUEST_ID, request_id))
@@ -343,7 +343,7 @@ async def _abort(context: Any, refused: Refused, request_id: str) -> None:
 
 
 def _credentials(settings: Settings) -> grpc.ServerCredentials:
-    """Return credentials that take new certificates from their files, for connections from then on."""
+    """Return credentials that reload certificates from their files for new connections."""
     files = CertificateFiles(settings)
 
     def configuration() -> Any:

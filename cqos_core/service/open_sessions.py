@@ -1,4 +1,4 @@
-"""The sessions of single calls that this process has: whose they are, how much they hold, and when they end."""
+"""Sessions of single calls in this process: their owners, sizes and timeouts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SESSIONS: Final[Mapping[str, tuple[Any, Any]]] = {
     f"{_CALL}EditSession": (session_pb2.EditSessionRequest, session_pb2.EditSessionResponse),
     f"{_CALL}CloseSession": (session_pb2.CloseSessionRequest, session_pb2.CloseSessionResponse),
 }
-"""The calls of one message that need the process of their session, each with its request and its response."""
+"""The calls that belong to a session, each with its request and response."""
 REQUESTS: Final[Mapping[str, Any]] = {path: each.request for path, each in METHODS.items()} | {
     path: request for path, (request, _) in SESSIONS.items()
 }
@@ -42,10 +42,10 @@ class _OpenSession:
     """One open session.
 
     Attributes:
-        owner: the name of who opened it.
-        keep: takes how many bytes it holds.
+        owner: the name of the caller that opened it.
+        keep: sets how many bytes it holds.
         sizes: the bytes of each document, or of the model.
-        held: what gives back what it has of its caller's share.
+        held: releases its part of the caller's quota.
     """
 
     def __init__(self, model: HostedModel, owner: str, keep: Callable[[int], None], sizes: dict[str, int]) -> None:
@@ -56,11 +56,11 @@ class _OpenSession:
 
 
 class OpenSessions:
-    """Sessions by their names. A name tells the process that has it, and cannot be guessed."""
+    """Sessions by name. A name tells the process that has the session, and cannot be guessed."""
 
-    def __init__(self, house: SessionHost, callers: Callers, meter: Meter, tokens: Container[str]) -> None:
-        """Keep sessions in the processes of ``house``; those of a caller with one of the ``tokens`` are its own."""
-        self._house, self._callers, self._meter, self._tokens = house, callers, meter, tokens
+    def __init__(self, host: SessionHost, callers: Callers, meter: Meter, tokens: Container[str]) -> None:
+        """Keep sessions in the processes of ``host``; a session of a caller with one of the ``tokens`` is private."""
+        self._host, self._callers, self._meter, self._tokens = host, callers, meter, tokens
         self._process = secrets.token_hex(4)
         self._open: dict[str, _OpenSession] = {}
         self._running: set[asyncio.Task[Any]] = set()
@@ -83,7 +83,7 @@ class OpenSessions:
             keep = held.enter_context(self._callers.hold_session(caller))
             sizes = _sizes_of(request.documents) if request.HasField("documents") else {"": len(data)}
             keep(sum(sizes.values()))
-            found = _OpenSession(self._house.begin_model(caller.name), caller.name, keep, sizes)
+            found = _OpenSession(self._host.begin_model(caller.name), caller.name, keep, sizes)
             try:
                 answered = await found.model.open(data, seconds)
             except BaseException:
@@ -93,11 +93,11 @@ class OpenSessions:
         self._open[name] = found
         self._meter.add("sessions")
         self._wait(name, found)
-        idle = int(self._house.limits.idle_seconds)
+        idle = int(self._host.limits.idle_seconds)
         return answered + session_pb2.OpenSessionResponse(session=name, idle_seconds=idle).SerializeToString()
 
     async def _edited(self, caller: Caller, request: Any, data: bytes, seconds: float) -> bytes:
-        """Edit a session; an edit that has begun is done to its end, and only its answer depends on who waits."""
+        """Edit a session; an edit that has begun is completed, also if nobody waits for its answer."""
         found = self._find(request.session, caller)
         begun = asyncio.Event()
         task = asyncio.ensure_future(self._done(found, request, data, begun))
@@ -136,14 +136,14 @@ class OpenSessions:
         self._abandon(asyncio.ensure_future(work))
 
     def _abandon(self, task: asyncio.Task[Any]) -> None:
-        """Let work go on for which no caller waits."""
+        """Let a task run on although no caller waits for it."""
         self._running.add(task)
         task.add_done_callback(self._finished)
 
     def _finished(self, task: asyncio.Task[Any]) -> None:
         self._running.discard(task)
         error = None if task.cancelled() else task.exception()
-        # A refusal, or a process that ended, would have been the answer; anything else is a defect of ours.
+        # Refusals and ended processes are expected; any other exception is a defect.
         if error is not None and not isinstance(error, (Refused, WorkerLostError, SessionLostError)):
             trace = str(error) if isinstance(error, CallFailedError) else "".join(traceback.format_exception(error))
             log_event(logging.ERROR, "internal error", traceback=trace)
@@ -166,14 +166,14 @@ class OpenSessions:
         raise no_session(why, SESSION_ELSEWHERE)
 
     def _may_use(self, found: _OpenSession, caller: Caller) -> bool:
-        """Whether a session is the caller's: by its token where there are any, else by knowing its name."""
+        """Whether a caller may use a session: by its token if the owner has one, else by knowing the name."""
         return found.owner == caller.name or found.owner not in self._tokens
 
     def _wait(self, name: str, found: _OpenSession) -> None:
-        """Close it when nothing is heard of it for too long."""
+        """Restart the timeout after which an idle session is closed."""
         if found.ending is not None:
             found.ending.cancel()
-        found.ending = asyncio.get_running_loop().call_later(self._house.limits.idle_seconds, self._forget, name)
+        found.ending = asyncio.get_running_loop().call_later(self._host.limits.idle_seconds, self._forget, name)
 
     def _forget(self, name: str) -> None:
         self._later(self._close(name))
@@ -189,20 +189,20 @@ class OpenSessions:
 
 
 async def _close_and_release(model: HostedModel, held: ExitStack) -> None:
-    """Give back what an abandoned session has of its caller's share, when its process no longer works for it."""
+    """Close an abandoned session, and then release its part of the caller's quota."""
     with held:
         await model.close()
 
 
 def _sizes_of(documents: Any) -> dict[str, int]:
-    """The bytes of documents by name, with their names; of what they include, under a name that none has."""
+    """Return the bytes of documents by name; included files have a name that no document has."""
     sizes = {each.name: each.ByteSize() for each in documents.documents}
     return sizes | {"\0included": sum(each.ByteSize() for each in documents.included)}
 
 
 def _sizes_after(sizes: dict[str, int], request: Any) -> dict[str, int]:
     if request.HasField("changes"):
-        # The whole request is kept, however little it changes.
+        # The whole request is kept in memory.
         return sizes | {"": sizes.get("", 0) + request.ByteSize()}
     kept = {name: size for name, size in sizes.items() if name not in request.documents.removed}
     return kept | {each.name: each.ByteSize() for each in request.documents.put}

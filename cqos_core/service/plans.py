@@ -1,4 +1,4 @@
-"""What the calls answer that plan changes: the weakest settings that meet requirements, and the smallest repair."""
+"""Handlers of the calls that plan changes: the weakest settings that meet requirements, and the smallest repair."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def repair_documents(request: check_pb2.RepairRequest, most: int) -> check_pb2.R
 
 
 def _make_plan(documents: check_pb2.Documents, most: int, make: Callable[..., RepairPlan]) -> plan_pb2.Plan:
-    """Read documents and make a plan for them.
+    """Return the plan for documents.
 
     Raises:
         Refused: ``FAILED_PRECONDITION`` if the solver is not installed.
@@ -79,7 +79,7 @@ def _make_plan(documents: check_pb2.Documents, most: int, make: Callable[..., Re
 
 
 def _refuse_unnamed(documents: check_pb2.Documents) -> None:
-    """Refuse documents without a name of their own: a plan has edits of documents by their names."""
+    """Refuse documents without a unique name, because edits of a plan refer to documents by name."""
     names = [each.name for each in documents.documents]
     wrong = [
         FieldProblem(

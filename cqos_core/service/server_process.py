@@ -27,11 +27,11 @@ from cqos_core.service.telemetry import Telemetry, end_tracing
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
 _STOPPING: Final = (signal.SIGTERM, signal.SIGINT)
 _UNABLE: Final = 2
-"""The exit code of a process that cannot follow its settings; another one could not either."""
+"""The exit code of a process that cannot follow its settings, so that it is not restarted."""
 
 
 def serve(settings: Settings, started: Callable[[dict[str, str]], None] | None = None) -> None:
-    """Serve until a signal says to end; call ``started`` of a single process with the addresses, instead of logging them.
+    """Serve until a signal; a single process calls ``started`` with the addresses instead of logging them.
 
     Raises:
         CqosError: the settings cannot be followed.
@@ -49,9 +49,9 @@ async def serve_here(
     started: Callable[[dict[str, str]], None] | None = None,
     ending: asyncio.Event | None = None,
 ) -> None:
-    """Serve in this process, until a signal or ``ending`` says to end.
+    """Serve in this process, until a signal or ``ending``.
 
-    Log when it begins and ends, unless ``started`` is there to call with the addresses.
+    Start and end are logged, unless ``started`` is called with the addresses.
     """
     # gRPC is slow to import, and help needs none of it.
     from cqos_core.service.call_dispatch import CallDispatcher
@@ -70,11 +70,11 @@ async def serve_here(
     stack = ExitStack()
     try:
         if settings.web is not None:
-            web = _web_door(calls, settings)
+            web = _web_server(calls, settings)
             addresses["web"] = web.address
         if settings.metrics is not None and settings.processes == 1:
             addresses["metrics"] = stack.enter_context(_serving_metrics(settings.metrics))
-        # Each loads every rule pack, one here and one in the first worker.
+        # Both load all rule packs: this process, and the first worker.
         await asyncio.gather(calls.pool.warm(), asyncio.to_thread(calls.warm))
         collect_new_objects_only()
         await native.start()
@@ -85,11 +85,11 @@ async def serve_here(
             log_event(logging.WARNING, "others on the network can read tokens without TLS")
         if started is not None:
             started(addresses)
-        # The page opens a session at once; others may never do.
+        # The page opens a session at once; other clients may never open one.
         _warming = asyncio.ensure_future(calls.sessions.warm()) if settings.modeler else None
         await ending.wait()
         log_event(level, "draining", leaving=settings.leaving, grace=settings.grace)
-        # Who asks for health goes elsewhere; what is on its way here is still answered.
+        # Load balancers see it in the health check; calls on their way are still answered.
         calls.leaving = True
         await native.leave()
         await asyncio.sleep(settings.leaving)
@@ -103,7 +103,7 @@ async def serve_here(
     log_event(level, "stopped")
 
 
-def _web_door(calls: Any, settings: Settings) -> Any:
+def _web_server(calls: Any, settings: Settings) -> Any:
     try:
         from cqos_core.service.web_server import WebServer
     except ImportError as error:
@@ -116,7 +116,7 @@ def _web_door(calls: Any, settings: Settings) -> Any:
 
 @contextmanager
 def _serving_metrics(address: str) -> Iterator[str]:
-    """Answer Prometheus, of one process or of all that write into one folder, and yield the address."""
+    """Serve Prometheus metrics, of one process or of all that share a folder, and yield the address."""
     from prometheus_client import REGISTRY, CollectorRegistry, start_http_server
 
     host, port = split_address("--metrics", address)
@@ -143,9 +143,9 @@ def _serving_metrics(address: str) -> Iterator[str]:
 
 
 def _supervise(settings: Settings) -> None:
-    """Keep so many processes running, which share the port."""
+    """Run several processes that share the port."""
     with ExitStack() as stack:
-        # Held, not listened on: so that all get the same port, and no other program does.
+        # The sockets are bound and do not listen: they reserve the port for all processes.
         settings = replace(settings, listen=_held(stack, settings.listen))
         if settings.web is not None:
             settings = replace(settings, web=_held(stack, settings.web))
@@ -182,7 +182,7 @@ async def _keep_running(settings: Settings) -> None:
 
 
 async def _keep_one(settings: Settings, ending: asyncio.Event) -> bool:
-    """Run one process, and another when it dies; whether it could not even begin, which ends all."""
+    """Run one process, and restart it when it dies; return whether it could not start at all, which ends all."""
     waiting = asyncio.ensure_future(ending.wait())
     pause = 0.0
     while not ending.is_set():
@@ -225,7 +225,7 @@ async def _serve_while_held(settings: Settings) -> None:
         loop.remove_reader(held)
         ending.set()
 
-    loop.add_reader(held, gone)  # nothing more is sent, so that it is the end of it
+    loop.add_reader(held, gone)  # nothing more is sent, so it becomes readable at its end
     await serve_here(settings, ending=ending)
 
 

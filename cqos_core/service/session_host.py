@@ -1,4 +1,4 @@
-"""Sessions in worker processes: in which process each lives, and how it moves to another."""
+"""Hosts sessions in worker processes, and moves them to another process if theirs is busy or lost."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 
 _PATIENCE_SECONDS: Final = 1.0
-"""How long an edit waits for another caller's before its session moves to another process."""
+"""How long an edit waits for those of other callers before its session moves to another process."""
 
 _MOST_KEPT: Final = 1_000
 
 
 async def _within(seconds: float, answer: Coroutine[Any, Any, bytes]) -> bytes:
-    """Wait so long for an answer. What makes it goes on: others live in the same process.
+    """Return an answer within ``seconds``. Its work goes on, because other sessions share the process.
 
     Raises:
         Refused: it took longer.
@@ -52,11 +52,11 @@ async def _within(seconds: float, answer: Coroutine[Any, Any, bytes]) -> bytes:
 
 
 class _SessionProcess:
-    """A process that sessions live in.
+    """A worker process with sessions.
 
     Attributes:
-        sessions: whose those are that it has.
-        guests: whose those are that it has or is asked for, also while it opens them.
+        sessions: the caller of each open session, by number.
+        guests: the same, with sessions that are being opened.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -67,14 +67,13 @@ class _SessionProcess:
 
 
 class SessionHost:
-    """Sessions and the processes that they live in.
+    """Worker processes, and the sessions in them.
 
-    The messages of each are kept within limits, so that a session whose process ended, or is kept busy by another caller,
-    goes on in another one.
+    The messages of a session are kept within limits, so that it can continue in another process if its own is busy or lost.
     """
 
     def __init__(self, limits: Limits, copies: SharedBytes, lost: Callable[[str], None] = lambda _why: None) -> None:
-        """Keep as many as the limits allow, and of their messages what ``copies`` has room for."""
+        """Take the limits, and the room for kept messages."""
         self.limits = limits
         self.copies = copies
         self.lost = lost
@@ -84,11 +83,11 @@ class SessionHost:
         self._leaving: set[asyncio.Task[None]] = set()
 
     async def warm(self) -> None:
-        """Start one process, so that the first session need not wait for it."""
+        """Start one process ahead of the first session."""
         await self._homes[0].process.start()
 
     async def begin(self, caller: Caller) -> HostedSession:
-        """Open a session in the process that has fewest.
+        """Return a new session in the process with the fewest.
 
         Raises:
             Refused: there are too many.
@@ -97,7 +96,7 @@ class SessionHost:
         return HostedSession(self, next(self._next), caller)
 
     def begin_model(self, caller: str) -> HostedModel:
-        """Begin a session of single calls in the process that has fewest.
+        """Return a new session of single calls in the process with the fewest.
 
         Raises:
             Refused: there are too many.
@@ -116,7 +115,7 @@ class SessionHost:
         self._open -= 1
 
     def home_for(self, caller: str, number: int, before: _SessionProcess | None = None) -> _SessionProcess:
-        """Let a session live in another process than before, that with the fewest; one caller has all but one at most."""
+        """Return the process for a session: the one with the fewest, and not ``before``. One caller may use all but one."""
         if before is not None:
             before.guests.pop(number, None)
         own = [each for each in self._homes if caller in each.guests.values()]
@@ -129,7 +128,7 @@ class SessionHost:
         return home
 
     def move(self, before: _SessionProcess, caller: str, number: int) -> _SessionProcess:
-        """Let a session live in a process that is less busy, and close it in the one before when that has time."""
+        """Move a session to another process; it is closed in the former one when that is free."""
         home = self.home_for(caller, number, before)
         if home is not before and before.sessions.pop(number, None) is not None:
             leaving = asyncio.ensure_future(self.leave(before, caller, number))
@@ -140,7 +139,7 @@ class SessionHost:
     async def leave(self, home: _SessionProcess, caller: str, number: int) -> None:
         """Close a session in a process."""
         frame = worker_frames.Frame(worker_frames.CLOSE_SESSION, number, b"")
-        with suppress(WorkerLostError, CallFailedError, Refused):  # a process that ended has no session any more
+        with suppress(WorkerLostError, CallFailedError, Refused):  # a process that ended has no sessions
             await home.turns.use(caller, lambda process: process.call(frame, self.limits.seconds))
 
     async def close(self) -> None:
@@ -149,17 +148,17 @@ class SessionHost:
 
 
 class HostedModel:
-    """A session in a worker process. Its documents are kept, so that it goes on in another process as a stream does."""
+    """A session of single calls in a worker process. Its documents are kept, so that it can move to another process."""
 
-    def __init__(self, house: SessionHost, number: int, caller: str) -> None:
-        """Live in one of the processes of ``house``."""
-        self._house, self._number, self._caller = house, number, caller
-        self._home = house.home_for(caller, number)
+    def __init__(self, host: SessionHost, number: int, caller: str) -> None:
+        """Choose a process of ``host``."""
+        self._host, self._number, self._caller = host, number, caller
+        self._home = host.home_for(caller, number)
         self._copy: ModelCopy | None = None
         self._opening = self._closed = False
 
     async def open(self, data: bytes, seconds: float) -> bytes:
-        """Open it; what the answer takes beyond ``seconds`` is nobody's but the worker's, where others live, too.
+        """Open the session, within ``seconds``.
 
         Raises:
             Refused: it is not opened.
@@ -170,7 +169,7 @@ class HostedModel:
             self._opening = True
             try:
                 answered = await process.call(
-                    worker_frames.Frame(worker_frames.OPEN_MODEL, self._number, data), self._house.limits.seconds
+                    worker_frames.Frame(worker_frames.OPEN_MODEL, self._number, data), self._host.limits.seconds
                 )
             except WorkerLostError as error:
                 self._lost(self._home, error)
@@ -201,11 +200,11 @@ class HostedModel:
             raise SessionLostError(f"the session is lost: {error}") from None
 
     async def _somewhere(self, data: bytes) -> bytes:
-        """Let the process of the session answer; where that is busy or dies, another one, once."""
+        """Return the answer of its process; if that is busy or dies, that of another one, once."""
         try:
             return await self._answered(data, _PATIENCE_SECONDS)
         except asyncio.TimeoutError:
-            self._home = self._house.move(self._home, self._caller, self._number)
+            self._home = self._host.move(self._home, self._caller, self._number)
         except WorkerDiedError:
             pass
         return await self._answered(data, None)
@@ -215,7 +214,7 @@ class HostedModel:
         return await home.turns.use(self._caller, lambda process: self._edited(home, process, data), patience)
 
     async def _edited(self, home: _SessionProcess, process: WorkerProcess, data: bytes) -> bytes:
-        copy, seconds = self._copy, self._house.limits.seconds
+        copy, seconds = self._copy, self._host.limits.seconds
         assert copy is not None  # noqa: S101 - it is open
         try:
             if self._number not in home.sessions:
@@ -230,34 +229,34 @@ class HostedModel:
         return answered
 
     def _lost(self, home: _SessionProcess, error: WorkerLostError) -> None:
-        """Note that a process is gone; all that lived there go on elsewhere."""
-        self._house.lost(str(error))
+        """Record that a process is lost; its sessions continue in other processes."""
+        self._host.lost(str(error))
         home.sessions.clear()
 
     async def _forgotten(self, process: WorkerProcess, home: _SessionProcess) -> None:
         if home.sessions.pop(self._number, None) is not None:
             frame = worker_frames.Frame(worker_frames.CLOSE_SESSION, self._number, b"")
             with suppress(WorkerLostError, CallFailedError, Refused):
-                await process.call(frame, self._house.limits.seconds)
+                await process.call(frame, self._host.limits.seconds)
 
     async def close(self) -> None:
-        """Forget it, as soon as its process is free."""
+        """Close the session as soon as its process is free."""
         self._closed = True
         home = self._home
         if self._opening or self._number in home.sessions:
             await home.turns.use(self._caller, lambda process: self._forgotten(process, home))
         home.guests.pop(self._number, None)
-        self._house.ended()
+        self._host.ended()
 
 
 class HostedSession:
-    """A session in a worker process."""
+    """A session of a stream in a worker process."""
 
-    def __init__(self, house: SessionHost, number: int, caller: Caller) -> None:
-        """Live in one of the processes of ``house``."""
-        self._house, self._number, self._owner = house, number, caller
+    def __init__(self, host: SessionHost, number: int, caller: Caller) -> None:
+        """Choose a process of ``host``."""
+        self._host, self._number, self._owner = host, number, caller
         self._caller = caller.name
-        self._home = house.home_for(caller.name, number)
+        self._home = host.home_for(caller.name, number)
         self._begun = False
         self._messages: list[bytes] | None = []
         self._kept = 0
@@ -279,27 +278,27 @@ class HostedSession:
         return answered
 
     def _keep(self, data: bytes) -> None:
-        """Keep a message for another process, as long as its caller has room for it."""
+        """Keep a message for another process, as long as the caller has room."""
         if self._messages is None:
             return
         self._messages.append(data)
         self._kept += len(data)
-        room = self._house.copies.put(self._owner, self, self._kept, self._forget)
+        room = self._host.copies.put(self._owner, self, self._kept, self._forget)
         if not room or len(self._messages) > _MOST_KEPT:
             self._forget()
 
     def _forget(self) -> None:
-        """Keep none: from now on it lives no longer than its process."""
-        self._house.copies.forget(self._caller, self)
+        """Drop the messages: from now on the session ends with its process."""
+        self._host.copies.forget(self._caller, self)
         self._messages = None
 
     async def _somewhere(self, data: bytes) -> bytes:
-        """Let the process of the session answer; where that is busy or dies, another one, once."""
+        """Return the answer of its process; if that is busy or dies, that of another one, once."""
         movable = self._messages is not None
         try:
             return await self._answered(data, _PATIENCE_SECONDS if movable else None)
         except asyncio.TimeoutError:
-            self._home = self._house.move(self._home, self._caller, self._number)
+            self._home = self._host.move(self._home, self._caller, self._number)
         except WorkerDiedError:
             if not movable:
                 raise
@@ -314,16 +313,16 @@ class HostedSession:
             if self._number not in home.sessions:
                 await self._settle(home, process)
             return await process.call(
-                worker_frames.Frame(worker_frames.EDIT_SESSION, self._number, data), self._house.limits.seconds
+                worker_frames.Frame(worker_frames.EDIT_SESSION, self._number, data), self._host.limits.seconds
             )
         except WorkerLostError as error:
-            # The others that live there go on from what was kept of them.
-            self._house.lost(str(error))
+            # Other sessions of the process continue from their kept messages.
+            self._host.lost(str(error))
             home.sessions.clear()
             raise
 
     async def _settle(self, home: _SessionProcess, process: WorkerProcess) -> None:
-        """Begin in a process, or go on there."""
+        """Open the session in a process, or repeat its messages there."""
         if not self._begun:
             frame = worker_frames.Frame(worker_frames.OPEN_SESSION, self._number, b"")
         elif self._messages is None:
@@ -332,14 +331,14 @@ class HostedSession:
             frame = worker_frames.Frame(
                 worker_frames.REOPEN_SESSION, self._number, worker_frames.pack_messages(self._messages)
             )
-        await process.call(frame, self._house.limits.seconds)
+        await process.call(frame, self._host.limits.seconds)
         self._begun = True
         home.sessions[self._number] = self._caller
 
     async def close(self) -> None:
         """Forget it."""
-        self._house.ended()
+        self._host.ended()
         self._forget()
         self._home.guests.pop(self._number, None)
         if self._home.sessions.pop(self._number, None) is not None:
-            await self._house.leave(self._home, self._caller, self._number)
+            await self._host.leave(self._home, self._caller, self._number)

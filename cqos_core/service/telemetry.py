@@ -1,4 +1,4 @@
-"""Observation of calls: a line of the log for each, metrics, spans. They hold no content of calls and no credential."""
+"""Telemetry of calls: a log line for each, metrics, and spans, without content of calls and without credentials."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ _OUR_FAULT: Final = frozenset({"INTERNAL", "UNKNOWN", "DATA_LOSS"})
 
 
 class Meter:
-    """Counts what happens; nothing where there are no ``metrics``.
+    """Updates metrics; does nothing without ``metrics``.
 
     Attributes:
         depth: returns how many calls wait for a worker.
     """
 
     def __init__(self, metrics: Mapping[str, Any] | None = None) -> None:
-        """Count in ``metrics``, by name."""
+        """Use ``metrics``, by name."""
         self._metrics = metrics
         self.depth: Callable[[], int] = lambda: 0
 
     def add(self, name: str, *labels: str, more: int = 1) -> None:
-        """Count so many more of something, or fewer."""
+        """Change a metric by ``more``."""
         if self._metrics is not None:
             metric = self._metrics[name]
             (metric.labels(*labels) if labels else metric).inc(more)
 
     def begun(self) -> None:
-        """Note that a call began."""
+        """Count a call that begins."""
         self._under_way(1)
 
     def ended(self, method: str, code: str, seconds: float) -> None:
-        """Note how a call ended."""
+        """Count a call that ends."""
         self._under_way(-1)
         self.add("calls", method, code)
         if self._metrics is not None:
@@ -63,7 +63,7 @@ class Meter:
 
 
 def _metrics() -> Mapping[str, Any]:
-    """Register what is counted for Prometheus."""
+    """Register the metrics of Prometheus."""
     from prometheus_client import Counter, Gauge, Histogram
 
     gauge = partial(Gauge, multiprocess_mode="livesum")
@@ -89,10 +89,10 @@ class CallRecord:
     """One call that is under way.
 
     Attributes:
-        request_id: by which the log calls it.
+        request_id: its id in the log.
         size: bytes of its request.
         answered: bytes of its answers.
-        caller: who makes it, as the log says it; empty where it is not let in.
+        caller: name of its caller in the log; empty if it was not admitted.
     """
 
     _meter: Meter
@@ -106,12 +106,12 @@ class CallRecord:
     _began: float = field(default_factory=time.perf_counter)
 
     def refused(self, refused: Refused) -> None:
-        """Tell that it ended by a refusal."""
+        """Record that the call was refused."""
         self._meter.add("refused", refused.reason or refused.code)
         self.end(refused.code, **({"reason": refused.reason} if refused.reason else {}))
 
     def end(self, code: str, **fields: object) -> None:
-        """Tell how it ended."""
+        """Record how the call ended."""
         seconds = time.perf_counter() - self._began
         self._meter.ended(self._method, code, seconds)
         if self._span is not None:
@@ -134,19 +134,19 @@ class CallRecord:
 
 
 class Telemetry:
-    """Watches all calls."""
+    """Records all calls."""
 
     def __init__(self, settings: Settings) -> None:
-        """Count and trace as the settings say.
+        """Set up metrics and tracing as the settings ask.
 
         Raises:
-            MissingError: what that needs is not installed.
+            MissingError: a library for them is not installed.
         """
         self.meter: Meter = _meter(settings)
         self._tracer = _tracer() if settings.tracing else None
 
     def begin(self, method: str, metadata: Mapping[str, str], peer: str) -> CallRecord:
-        """Watch a call."""
+        """Return the record of a call that begins."""
         given = metadata.get(REQUEST_ID, "")
         request_id = given if _GIVEN_ID.fullmatch(given) else secrets.token_hex(8)
         self.meter.begun()
@@ -176,7 +176,7 @@ def _tracer() -> Any:
         from cqos_core.model.features import missing
 
         raise missing("otel", f"--tracing needs OpenTelemetry, which is not installed ({error})") from None
-    # Where spans go and what the service is called, the variables OTEL_* say.
+    # The variables OTEL_* name the collector and the service.
     provider = TracerProvider(resource=Resource.create())
     provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter()))
     trace.set_tracer_provider(provider)
@@ -184,7 +184,7 @@ def _tracer() -> Any:
 
 
 def end_tracing() -> None:
-    """Send what is still waiting, to a collector that answers soon; the end of the service waits for no other."""
+    """Send the last spans, without waiting for a slow collector."""
     from opentelemetry import trace
 
     shutdown = getattr(trace.get_tracer_provider(), "shutdown", lambda: None)

@@ -1,6 +1,6 @@
-"""The door for browsers: Connect and gRPC-Web on one HTTP port, around the same `CallDispatcher`.
+"""The server for browsers: Connect and gRPC-Web on one HTTP port.
 
-Browsers have no streams of requests, so that only calls of one message are there. HTTP 1.1 allows no more.
+Browsers cannot stream requests over HTTP/1.1, so it offers only calls of one message.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ if TYPE_CHECKING:
 
 _BACKLOG: Final = 1024
 _UNREAD_BYTES: Final = 256 * 1024
-"""Of an answer on its way, in the kernel: it would take megabytes for each connection."""
+"""Send buffer of a connection in the kernel, which would else grow to megabytes."""
 _RELOAD_SECONDS: Final = 2.0
 _PREFLIGHT_SECONDS: Final = 7200
-# The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
+# Headers that gRPC-Web and Connect need for pages of other origins.
 _REQUEST_HEADERS: Final = (
     *("authorization", "content-type", "connect-protocol-version", "connect-timeout-ms"),
     *("grpc-timeout", "x-grpc-web", "x-user-agent", REQUEST_ID, "traceparent", "tracestate"),
@@ -67,14 +67,14 @@ _RESPONSE_HEADERS: Final = ("grpc-status", "grpc-message", "grpc-status-details-
 
 
 class _EncodedMessage(NamedTuple):
-    """A message as it came, and in which form."""
+    """An encoded message, and its encoding."""
 
     json: bool
     data: bytes
 
 
 class _BytesCodec:
-    """Takes and gives bytes as they are: what is large is decoded where it is answered."""
+    """A codec that passes bytes through: large messages are decoded where they are answered."""
 
     def __init__(self, *, json: bool) -> None:
         self._json = json
@@ -90,17 +90,17 @@ class _BytesCodec:
 
 
 class _Exchange:
-    """One HTTP request. It is counted in the loop of `CallDispatcher`, which is another one than that of the door.
+    """One HTTP request. Its quotas are counted in the loop of `CallDispatcher`, which runs in another thread.
 
     Attributes:
-        caller: who makes it, as soon as it is let in.
-        request_id: by which the log calls it.
-        size: bytes that came.
+        caller: the caller, once it is admitted.
+        request_id: its id in the log.
+        size: bytes of the body so far.
         answered: bytes of the answer.
     """
 
     def __init__(self, calls: CallDispatcher, loop: asyncio.AbstractEventLoop, abort: Callable[[], None]) -> None:
-        """Begin with nothing; ``abort`` ends its connection."""
+        """Take the dispatcher and its loop; ``abort`` ends the connection."""
         self.caller: Caller | None = None
         self.request_id = ""
         self.size = 0
@@ -118,11 +118,11 @@ class _Exchange:
         self._abort = ended
 
     async def _there(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """Do something in the loop of `CallDispatcher`."""
+        """Run ``work`` in the loop of the dispatcher."""
         return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(work, self._loop))
 
     async def begin(self, metadata: Mapping[str, str], peer: str) -> None:
-        """Let its caller in.
+        """Admit the caller.
 
         Raises:
             Refused: it has no token that is known, or too many calls under way.
@@ -135,10 +135,10 @@ class _Exchange:
         await self._there(begun())
 
     async def came(self, size: int) -> None:
-        """Count what came of its body.
+        """Count bytes of the body.
 
         Raises:
-            Refused: there is too much under way.
+            Refused: too many bytes are under way.
         """
 
         async def counted() -> None:
@@ -148,7 +148,7 @@ class _Exchange:
         await self._there(counted())
 
     async def answer(self, method: str, sent: _EncodedMessage, remaining: float | None) -> bytes:
-        """Forget its body, which is a message now, and answer that; the answer counts until `read`.
+        """Answer the message; its body counts no longer, and the answer counts until `read`.
 
         Raises:
             Refused: it is not answered.
@@ -168,12 +168,12 @@ class _Exchange:
         return answer
 
     def end(self) -> None:
-        """Give back the place of the call."""
+        """Release the place of the call."""
         self._loop.call_soon_threadsafe(self._reading.close)
         self._loop.call_soon_threadsafe(self._calling.close)
 
     def read(self) -> None:
-        """Forget the answer: it is read, or its caller is gone."""
+        """Release the bytes of the answer: it was read, or its caller is gone."""
         self._loop.call_soon_threadsafe(self._unread.close)
 
 
@@ -181,7 +181,7 @@ _EXCHANGE: Final[ContextVar[_Exchange]] = ContextVar("exchange")
 
 
 class _Admission:
-    """Lets callers in before anything that they send is read, and watches what comes of it."""
+    """Admits callers before their message is read, and records their calls."""
 
     def __init__(self, calls: CallDispatcher) -> None:
         self._calls = calls
@@ -213,7 +213,7 @@ class _Admission:
 
 
 class _Application(ConnectASGIApplication[Any]):
-    """The calls of all services; what comes of a request is counted as it comes, and has to come in time."""
+    """The ASGI application of all services. It counts the bytes of a request as they come, and bounds their time."""
 
     def __init__(self, calls: CallDispatcher) -> None:
         super().__init__(
@@ -242,10 +242,10 @@ class _Application(ConnectASGIApplication[Any]):
 
         async def counted() -> Any:
             nonlocal more
-            if not more:  # it waits for the end of the connection
+            if not more:  # Connect waits for the end of the connection
                 return await receive()
             try:
-                # `asyncio.wait_for` may lose the cancellation of who waits.
+                # `asyncio.wait_for` may lose a cancellation.
                 async with asyncio.timeout_at(until):  # type: ignore[attr-defined,unused-ignore] # Python 3.11, as `web`
                     message = await receive()
             except TimeoutError:
@@ -258,7 +258,7 @@ class _Application(ConnectASGIApplication[Any]):
                 raise _error(refused) from None
             return message
 
-        # A small request is answered in one go. One begins in each turn of the loop, so that others come between two.
+        # One request begins in each turn of the loop, so that other work comes between two.
         async with self._beginning:
             await asyncio.sleep(0)
         try:
@@ -269,11 +269,11 @@ class _Application(ConnectASGIApplication[Any]):
 
 
 def _keep_connection() -> None:
-    """End no connection: a server that is not ours has its own limits."""
+    """Do nothing: a server that is not ours has its own limits for connections."""
 
 
 def _protocol_refusal(scope: Any) -> JSONResponse | None:
-    """Say what is wrong with a request that is none of any protocol here; they would say nothing but a number."""
+    """Return an answer that explains why a request fits no protocol here; the protocols would only send a status."""
     if (text := _header_fault(scope["headers"])) is not None:
         return JSONResponse({"code": "invalid_argument", "message": text}, 400)
     path, method = scope["path"], scope["method"]
@@ -319,7 +319,7 @@ def _protocol_refusal(scope: Any) -> JSONResponse | None:
 
 
 def _header_fault(headers: list[tuple[bytes, bytes]]) -> str | None:
-    """Name a header that is not UTF-8, without its value, which may be a token."""
+    """Return a message about a header that is not UTF-8, without its value, which may be a token."""
     for name, value in headers:
         try:
             value.decode()
@@ -329,7 +329,7 @@ def _header_fault(headers: list[tuple[bytes, bytes]]) -> str | None:
 
 
 class WebServer:
-    """An HTTP server around `CallDispatcher`."""
+    """The HTTP server around a `CallDispatcher`."""
 
     def __init__(self, calls: CallDispatcher, settings: Settings) -> None:
         """Open the address.
@@ -349,7 +349,7 @@ class WebServer:
             access_log=False,
             server_header=False,
             lifespan="off",
-            # A caller could state any address with them.
+            # With these, a caller could claim any address.
             proxy_headers=False,
             timeout_keep_alive=KEPT_SECONDS,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
@@ -367,7 +367,7 @@ class WebServer:
         self._failed: BaseException | None = None
 
     async def start(self) -> None:
-        """Answer from now on, in a loop of its own: nothing that browsers send keeps the other door waiting."""
+        """Start to answer in a thread with its own loop, so that browsers never delay gRPC calls."""
         self._socket.listen(_BACKLOG)  # so many wait in the kernel
         self._thread.start()
         await asyncio.to_thread(self._server.ready.wait)
@@ -377,7 +377,7 @@ class WebServer:
     def _serve(self) -> None:
         try:
             asyncio.run(self._served())
-        except BaseException as error:  # noqa: BLE001 - it belongs to who starts the door
+        except BaseException as error:  # noqa: BLE001 - raised again in `start` or `stop`
             self._failed = error
             self._server.ready.set()
 
@@ -389,14 +389,14 @@ class WebServer:
             watching.cancel()
 
     async def _reload(self) -> None:
-        """Take new certificates from their files, for connections from then on."""
+        """Reload certificates from their files for new connections."""
         while self._files is not None and self._context is not None:
             await asyncio.sleep(_RELOAD_SECONDS)
             if self._files.changed():
                 self._context.load_cert_chain(self._settings.certificate or "", self._settings.key)
 
-    async def stop(self, grace: float) -> None:  # noqa: ARG002 - of all doors; uvicorn knows it
-        """Take no more calls, and end when those under way are answered, or after the time of grace."""
+    async def stop(self, grace: float) -> None:  # noqa: ARG002 - the signature of both servers; uvicorn knows it
+        """Accept no more calls, and stop when those under way are answered, or after the time of grace."""
         self._server.should_exit = True
         await asyncio.to_thread(self._thread.join)
         if self._failed is not None:
@@ -404,10 +404,10 @@ class WebServer:
 
 
 class _Server(uvicorn.Server):
-    """Accepts connections itself, and leaves signals to the process, which has two doors.
+    """Accepts connections itself, and leaves signals to the process.
 
     Attributes:
-        ready: set when it accepts connections, or cannot.
+        ready: set when it accepts connections, or failed to.
     """
 
     def __init__(self, config: uvicorn.Config, listening: socket.socket, connections: Connections) -> None:
@@ -421,7 +421,7 @@ class _Server(uvicorn.Server):
         yield
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:  # noqa: ARG002 - it is the one we know
-        """Accept connections; uvicorn would leave those that never speak TLS alone for a minute, in any number."""
+        """Accept connections; uvicorn would keep any number without TLS handshake for a minute."""
         await self.lifespan.startup()
         self._listening.setblocking(False)
         kind: Any = self.config.http_protocol_class
@@ -435,7 +435,7 @@ class _Server(uvicorn.Server):
         self.ready.set()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Accept no more, and answer what is under way."""
+        """Accept no more connections, and complete the requests under way."""
         if self._accepting is not None:
             self._accepting.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -448,7 +448,7 @@ def _opened(settings: Settings) -> socket.socket:
     host, port = split_address("--web", settings.web or "")
     try:
         family, _, _, _, target = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        # Only of sockets that say TCP does asyncio take the delay that otherwise comes before every answer but the first.
+        # asyncio sets TCP_NODELAY only on sockets that state TCP; else every further answer is delayed.
         opened = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _UNREAD_BYTES)
@@ -461,7 +461,7 @@ def _opened(settings: Settings) -> socket.socket:
 
 
 def application(calls: CallDispatcher, settings: Settings) -> ASGIApp:
-    """Return the ASGI application; others may mount it beside their own pages."""
+    """Return the ASGI application, which others may mount beside their own pages."""
 
     async def healthy(_request: Request) -> PlainTextResponse:
         draining = calls.leaving
@@ -481,7 +481,7 @@ def application(calls: CallDispatcher, settings: Settings) -> ASGIApp:
 
 
 def _endpoints() -> Mapping[str, Any]:
-    """Every call of one message, found by its descriptor."""
+    """Return an endpoint for each call of one message, from its descriptor."""
     found: Any = descriptor_pool.Default()
     methods = {path: found.FindMethodByName(path[1:].replace("/", ".")) for path in REQUESTS}
     return {
@@ -508,14 +508,14 @@ def _unary(method: str) -> Any:
             return await exchange.answer(method, sent, remaining)
         except Refused as refused:
             raise _error(refused) from None
-        except Exception as error:  # noqa: BLE001 - one call shall not end the others
+        except Exception as error:  # noqa: BLE001 - one call must not end the others
             raise _error(internal_error(error, exchange.request_id)) from None
 
     return handle
 
 
 def _status(code: Code) -> str:
-    """The name that gRPC has for it."""
+    """Return the name of a status code in gRPC."""
     return "CANCELLED" if code is Code.CANCELED else code.name
 
 

@@ -1,7 +1,7 @@
 """A process that answers calls which may take long: ``python -m cqos_core.service.worker``. Frames come on standard input.
 
-It ends when its input does. It also ends when a call took all memory that it may have: that frees its caches, and no answer
-made with too little memory goes out. Its caller ends it when a call takes too long.
+It ends when its input ends, and when a call used all memory that it may have: that frees its caches, and no answer made
+without memory goes out. The service kills it when a call takes too long.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Worker:
         self._sessions: dict[int, EditSession | OpenModel] = {}
         allowed = f"the {memory} bytes that are allowed" if memory else "there is"
         status = too_much("request", f"answering it takes more memory than {allowed}").status()
-        # Made while there is memory for it.
+        # Made now, while there is memory.
         self._spent = worker_frames.Frame(worker_frames.SPENT, 0, status.SerializeToString()).encoded()
 
     def serve(self, calls: BinaryIO, answers: BinaryIO) -> None:
@@ -63,7 +63,7 @@ class Worker:
         except MemoryError:
             raise
         except Exception:  # noqa: BLE001 - the log gets it, and the caller no details
-            # Extensions make errors of their own of it, protobuf a DecodeError.
+            # Extensions turn a MemoryError into errors of their own, protobuf into a DecodeError.
             if _nearly_all_used(self._memory):
                 raise MemoryError from None
             return worker_frames.Frame(
@@ -110,12 +110,12 @@ def main(arguments: list[str]) -> None:
             answers.write(worker_frames.Frame(worker_frames.OK, 0, b"").encoded())
             answers.flush()
             Worker(most_endpoints, memory).serve(sys.stdin.buffer, answers)
-    # Not piece by piece, which takes long where there is much.
+    # Without freeing each object, which takes long.
     os._exit(0)
 
 
 def _nearly_all_used(memory: int) -> bool:
-    """Whether this process came near to what it may have, so that whatever failed did so for lack of memory."""
+    """Whether memory was nearly used up."""
     if not memory or sys.platform != "linux":
         return False
     (peak,) = (line for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines() if "VmPeak" in line)
@@ -123,7 +123,7 @@ def _nearly_all_used(memory: int) -> bool:
 
 
 def _bound(memory: int) -> None:
-    """Leave memory to others."""
+    """Limit the memory of this process (RLIMIT_AS)."""
     if memory and sys.platform == "linux":
         import resource
 

@@ -1,4 +1,4 @@
-"""What a worker process and the service say to each other: one frame per call, one per answer."""
+"""Frames between the service and a worker process: one per call, one per answer."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from typing import BinaryIO, Final, NamedTuple
 _HEAD: Final = struct.Struct(">BQQ")
 
 ANSWER, ANSWER_JSON, ANSWER_PAIR, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION, REOPEN_SESSION, OPEN_MODEL = range(8)
-"""What a call asks for."""
+"""Kinds of calls."""
 OK, REFUSED, FAILED, SPENT, GONE = range(5)
-"""The outcome: an answer, a google.rpc.Status, an internal traceback, the last google.rpc.Status of a worker without memory, or
-a session that an earlier process had."""
+"""Kinds of answers: an answer, a google.rpc.Status, an internal traceback, the last google.rpc.Status of a worker that has no
+memory left, or an unknown session."""
 
 
 class Frame(NamedTuple):
     """One message.
 
     Attributes:
-        kind: of a call, what it asks for; of an answer, what came of it.
-        number: of the method (`methods`), or of the session.
+        kind: the kind of call or answer.
+        number: of the method (`worker.METHOD_NAMES`), or of the session.
     """
 
     kind: int
@@ -30,7 +30,7 @@ class Frame(NamedTuple):
     data: bytes
 
     def encoded(self) -> bytes:
-        """Return the bytes of it."""
+        """Return its bytes."""
         return _HEAD.pack(self.kind, self.number, len(self.data)) + self.data
 
 
@@ -44,17 +44,17 @@ HEAD_SIZE: Final = _HEAD.size
 
 
 def pack_messages(messages: Iterable[bytes]) -> bytes:
-    """Put messages together; `unpack_messages` takes them apart."""
+    """Join messages; `unpack_messages` splits them."""
     return b"".join(Frame(EDIT_SESSION, 0, each).encoded() for each in messages)
 
 
 def unpack_messages(data: bytes) -> list[bytes]:
-    """Return the messages that `pack_messages` put together."""
+    """Return the messages that `pack_messages` joined."""
     return [frame.data for frame in iter(partial(read, BytesIO(data)), None)]
 
 
 def read(stream: BinaryIO) -> Frame | None:
-    """Wait for a frame; None where the other side is gone."""
+    """Return the next frame; None if the other side is gone."""
     start = stream.read(HEAD_SIZE)
     if len(start) < HEAD_SIZE:
         return None

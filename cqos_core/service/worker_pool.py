@@ -1,4 +1,4 @@
-"""The worker processes for calls without memory."""
+"""The pool of worker processes for calls without sessions."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ _NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
 
 
 class WorkerPool:
-    """Workers for calls without memory."""
+    """Workers for calls without sessions."""
 
     def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
-        """Keep as many as the limits allow; call ``lost`` with the reason for each that had to be ended."""
+        """Keep as many workers as the limits allow; ``lost`` is called with the reason when one is lost."""
         self._limits = limits
         self._lost = lost
         self._all = [WorkerProcess(limits) for _ in range(limits.workers)]
-        # One that had to be ended is started again before the next call needs it.
-        self._turns = FairPool(self._all, WorkerProcess.start, limits.waiting)
+        # A lost worker is started again before its next call.
+        self._workers = FairPool(self._all, WorkerProcess.start, limits.waiting)
 
     async def warm(self) -> None:
-        """Start one process, so that the first call need not wait for it."""
+        """Start one worker ahead of the first call."""
         await self._all[0].start()
 
     @property
     def waiting(self) -> int:
         """How many calls wait for a worker."""
-        return self._turns.waiting
+        return self._workers.waiting
 
     async def call(self, caller: str, kind: int, method: str, data: bytes, seconds: float) -> bytes:
-        """Let a worker answer a call of a kind of `frames`; waiting for one counts.
+        """Return the answer of a worker to a call of a kind of `worker_frames`; the time includes the wait for a worker.
 
-        Where its process dies, another one is asked once: an answer has no effect but itself.
+        If its process dies, another one is asked once, because calls have no side effects.
 
         Raises:
             Refused: it is refused, too many wait already, or it took too long.
@@ -58,7 +58,7 @@ class WorkerPool:
         died = None
         while True:
             try:
-                return await self._turns.use(caller, lambda process: process.call(frame, left()), left())
+                return await self._workers.use(caller, lambda process: process.call(frame, left()), left())
             except asyncio.TimeoutError:
                 if died is not None:
                     raise died.refused from None

@@ -1,4 +1,4 @@
-"""One worker process, as the service sees it: its calls, and the ways in which it ends."""
+"""One worker process on the side of the service: its calls, and the errors when it ends."""
 
 from __future__ import annotations
 
@@ -23,57 +23,57 @@ _STARTING_SECONDS: Final = 60.0
 _ENDING_SECONDS: Final = 5.0
 
 _NICE: Final = 5
-"""The priority of workers: the processor is first for those who answer at once."""
+"""The priority of workers: the serving process goes first."""
 
 
 class WorkerLostError(Exception):
-    """The process is gone, or was ended because it took too long.
+    """The process is gone, or was killed because it took too long.
 
     Attributes:
-        refused: what the caller of a call without memory hears.
+        refused: the refusal for the caller.
     """
 
     def __init__(self, why: str, code: str) -> None:
-        """Say why, and the code of the status that it makes."""
+        """Take the reason, and the code of the status."""
         super().__init__(why)
         self.refused = Refused(code, f"there is no answer: {why}", reason=WORKER_LOST if code == "UNAVAILABLE" else "")
 
 
 class WorkerDiedError(WorkerLostError):
-    """The process ended by itself or by a signal; another one may well answer."""
+    """The process ended by itself or by a signal; another one may answer."""
 
 
 class WorkerMemoryError(WorkerLostError):
-    """It took all memory that it may have, and is gone."""
+    """The process used all memory that it may have, and ended."""
 
     def __init__(self, status: status_pb2.Status) -> None:
-        """Refuse the call with what the process said at last."""
+        """Take the last status of the process."""
         super().__init__("it took all memory that it may have", "RESOURCE_EXHAUSTED")
         self.refused = StatusRefused(status)
 
 
 class SessionLostError(Exception):
-    """A session of single calls has lost its process, and cannot go on in another one; the text says why."""
+    """A session has lost its process, and cannot continue in another one; the text has the reason."""
 
 
 class CallFailedError(Exception):
-    """A call raised an unexpected exception; the text is its traceback."""
+    """A call raised an unexpected exception; the text is the traceback."""
 
 
 class WorkerProcess:
-    """One worker process; it is started by its first call, and answers one call at a time."""
+    """One worker process. Its first call starts it, and it answers one call at a time."""
 
     def __init__(self, limits: Limits) -> None:
-        """Remember what it may use."""
+        """Take the limits of the process."""
         self._limits = limits
         self._process: asyncio.subprocess.Process | None = None
         self._turn = asyncio.Lock()
         self._closed = False
 
     async def call(self, frame: worker_frames.Frame, seconds: float) -> bytes:
-        """Let it answer, within the time that is left.
+        """Return the answer to a call, within ``seconds``.
 
-        The answer has to be awaited even if the caller goes away: the next caller must not get it.
+        The answer must be awaited even if the caller is gone: else the next caller would get it.
 
         Raises:
             Refused: the call is refused.
@@ -115,7 +115,7 @@ class WorkerProcess:
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
             )
-            if hasattr(os, "setpriority"):  # from here: what it imports takes a second of a processor
+            if hasattr(os, "setpriority"):  # set here, because the imports of the worker take a second
                 with suppress(OSError):
                     os.setpriority(os.PRIO_PROCESS, process.pid, os.getpriority(os.PRIO_PROCESS, 0) + _NICE)
             try:
@@ -126,18 +126,18 @@ class WorkerProcess:
         return process
 
     async def start(self) -> None:
-        """Start it, so that the next call need not wait for that; what fails now fails then."""
+        """Start the process ahead of the next call; a failure is reported by that call."""
         async with self._turn:
             with suppress(WorkerLostError):
                 await self._started()
 
     async def close(self) -> None:
-        """End it for good."""
+        """End the process for good."""
         self._closed = True
         await self.end()
 
     async def _died(self, process: asyncio.subprocess.Process) -> WorkerLostError:
-        """Return how a process ended by itself; if it is killed meanwhile, its exit code is lost."""
+        """Return the error of a process that ended by itself, with its exit code or signal."""
         if self._closed:
             return _service_ends()
         with suppress(TimeoutError):
@@ -148,7 +148,7 @@ class WorkerProcess:
         return WorkerDiedError(f"the worker process ended while it answered ({how})", "UNAVAILABLE")
 
     async def end(self) -> None:
-        """End it at once."""
+        """End the connection at once."""
         process, self._process = self._process, None
         if process is None:
             return
@@ -167,7 +167,7 @@ async def _exchange(process: asyncio.subprocess.Process, frame: worker_frames.Fr
     calls = process.stdin
     assert calls is not None  # noqa: S101 - it is a pipe
     calls.write(frame.encoded())
-    with suppress(OSError):  # one that ends for lack of memory says so, even if it did not take all of it
+    with suppress(OSError):  # a worker out of memory still answers, although it did not read all
         await calls.drain()
     return await _read_answer(process)
 

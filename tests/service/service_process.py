@@ -70,7 +70,7 @@ class Service:
 
     @property
     def page(self):
-        """A connection to the browsers' door that is kept. Without a call for a minute it opens again: the door closes it soon."""
+        """A connection to the server for browsers that is kept. Without a call for a minute it opens again: the server closes it soon."""
         now = time.monotonic()
         if now - self._asked > KEPT_SECONDS:
             self._page.close()

@@ -183,10 +183,10 @@ def test_who_has_most_calls_gives_way_while_it_waits():
     assert (callers.calls, callers._going, callers._waiting) == (0, 0, {})
 
 
-# --- the browsers' door ---
+# --- the server for browsers ---
 
 
-def test_nothing_that_browsers_send_keeps_the_other_door_waiting(monkeypatch):
+def test_nothing_that_browsers_send_delays_grpc_calls(monkeypatch):
     parsing, may_go_on = threading.Event(), threading.Event()
     went_on: list[bool] = []
 
@@ -258,7 +258,7 @@ def test_the_rest_of_a_refused_request_is_dropped_and_its_answer_arrives(guarded
     assert TOKEN not in own.log
 
 
-def test_a_silent_connection_to_an_encrypted_door_is_closed_in_time_and_number(guarded, start):
+def test_a_silent_connection_to_an_encrypted_server_is_closed_in_time_and_number(guarded, start):
     certificate(guarded, "server")
     tls = ("--tls-cert", str(guarded / "server.pem"), "--tls-key", str(guarded / "server.key"))
     with (

@@ -452,7 +452,7 @@ def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeyp
     async def run():
         nonlocal turn
         settings = Settings(listen="127.0.0.1:0")
-        door = grpc_server.NativeDoor(CallDispatcher(settings, Telemetry(settings)), settings)
+        door = grpc_server.GrpcServer(CallDispatcher(settings, Telemetry(settings)), settings)
         refused = Refused("RESOURCE_EXHAUSTED", "too many", reason=CALLER_QUOTA)
         tasks = [asyncio.ensure_future(door._refuse(Context(), refused, "")) for _ in range(20)]
         while not all(task.done() for task in tasks):

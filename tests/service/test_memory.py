@@ -196,7 +196,7 @@ PAIR = "/cqos.v1.CheckService/CheckDocument"
 
 
 def half_sent(service, token, length, sent):
-    """A call to the browsers' door that stays half sent."""
+    """A call to the server for browsers that stays half sent."""
     host, _, port = service.addresses["web"].rpartition(":")
     connection = socket.create_connection((host, int(port)))
     head = f"POST {PAIR} HTTP/1.1\r\nhost: x\r\ncontent-type: application/proto\r\nauthorization: Bearer {token}\r\n"
@@ -204,7 +204,7 @@ def half_sent(service, token, length, sent):
     return connection
 
 
-def test_what_comes_to_the_browsers_door_counts_from_its_first_byte(narrow_in_bytes):
+def test_what_comes_to_the_server_for_browsers_counts_from_its_first_byte(narrow_in_bytes):
     with contextlib.ExitStack() as stack:
         for _ in range(4):
             stack.enter_context(half_sent(narrow_in_bytes, TOKENS[1], 1_500_000, 1_400_000))

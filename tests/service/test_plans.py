@@ -1,4 +1,4 @@
-"""The calls that plan changes: what the library plans, through both doors, and what they refuse."""
+"""The calls that plan changes: what the library plans, by both servers, and what they refuse."""
 
 import importlib.util
 import os
