@@ -1,4 +1,4 @@
-"""All that control flow says about time, of one system."""
+"""The analyses of the control flow of one system."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3
-"""How often what may happen is looked for again, when less of it happens."""
+"""The most repetitions of reachability and rates, which depend on each other."""
 
 
 class Behaviour:
-    """What the control flow of a system says for certain. Each analysis runs when it is first asked for, and once.
+    """The analyses of the control flow of a system. Each runs once, on first use.
 
     Attributes:
         flows: the control flow of each file.
@@ -39,27 +39,27 @@ class Behaviour:
 
     @cached_property
     def reachable_in_any_order(self) -> ReachableEvents:
-        """What may happen, where topics without any publisher in the system have one elsewhere, and signals come in any order."""
+        """Events that may happen if topics without publisher have one elsewhere, and signals come in any order."""
         return reachable_events(self.graph, self.signals, missing=True)
 
     @property
     def reachable(self) -> ReachableEvents:
-        """What may happen, where a wait that ends at most once is not ended by what happens later."""
+        """Events that may happen, considering that a single wait does not end by a later event."""
         return self._reachable_and_rates[0]
 
     @cached_property
     def reachable_alone(self) -> ReachableEvents:
-        """What may happen, where nothing publishes that the system does not have."""
+        """Events that may happen if only publishers of the system publish."""
         return reachable_events(self.graph, self.signals, missing=False, waits=self._waits(self.rates))
 
     @property
     def rates(self) -> EventRates:
-        """How often everything happens at most."""
+        """How often events happen at most."""
         return self._reachable_and_rates[1]
 
     @cached_property
     def _reachable_and_rates(self) -> tuple[ReachableEvents, EventRates]:
-        """What may happen and how often: the one follows from the other, so each is looked at again."""
+        """Reachable events and rates: they depend on each other, so both are repeated."""
         known = self.reachable_in_any_order
         counting = EventRates(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
@@ -74,7 +74,7 @@ class Behaviour:
 
     @cached_property
     def order(self) -> Order:
-        """What happens before what."""
+        """The order of events."""
         return Order(self.graph, self.signals, self.rates.token)
 
     def thrown(self, nodes: Iterable[int]) -> Rate | None:
@@ -82,7 +82,7 @@ class Behaviour:
         return sum_of_rates(self.rates.throws(at) for at in nodes)
 
     def on_topic(self, topic: Hashable) -> Rate | None:
-        """Return how often samples come on a topic; None where something else than the processes may publish there."""
+        """Return how often samples come on a topic; None if others than the processes may publish there."""
         return self.rates.of_topic(topic)
 
     def is_once(self, at: int) -> bool:
@@ -91,9 +91,9 @@ class Behaviour:
 
 
 def behaviour_of(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
-    """Return what the control flow of all files says, where ``signals`` says which endpoints match.
+    """Return the analyses of the control flow of all files; ``signals`` has the topics of endpoints.
 
-    The last answer is remembered: most edits of a session change settings, and neither flows nor topics.
+    The last result is cached: most edits of a session change settings, but neither flows nor topics.
     """
     for known in _LAST:
         same = len(known.flows) == len(flows) and all(
@@ -106,4 +106,4 @@ def behaviour_of(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
 
 
 _LAST: Final[list[Behaviour]] = []
-"""The last answer, or nothing."""
+"""The last result, if there is one."""

@@ -1,6 +1,6 @@
-"""What happens before what, and how long before: in one process by dominance, across processes by signals with one source.
+"""The order of events, and the least time between them: in one process by dominance, across processes by signals with one source.
 
-Where a way leads around an event, and only one token may come to either, the event happens earlier or never.
+If a path leads around an event, and only one token may reach either, the event happens earlier or never.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from cqos_core.model.flow import WITHIN
 from cqos_core.model.grouping import grouped
 
 _FARTHEST: Final = 6
-"""How many signals an order is followed over."""
+"""The most signals over which an order is followed."""
 _BUDGET: Final = 40
-"""How many steps altogether, for each node of the model; what takes more is not claimed."""
+"""The most steps of all searches for each node of the model; beyond that, no order is claimed."""
 
 
 class Order:
     """The order of the events of all processes."""
 
     def __init__(self, graph: Graph, signals: Wiring, token: Callable[[int], int | None]) -> None:
-        """Find dominators and least times once; ``token`` names the only token that may come to a node."""
+        """Compute dominators and least times; ``token`` returns the only token that may come to a node."""
         self._graph = graph
         self._token = token
         self._signals = signals
@@ -36,9 +36,9 @@ class Order:
         self._left = _BUDGET * self._size
 
     def since(self, first: int, last: int, hops: int = 0) -> int | None:
-        """Return how many nanoseconds pass at least from one event until a token arrives at another; None: no such order is certain.
+        """Return the least nanoseconds from one event until a token arrives at another; None if no order is certain.
 
-        The first one happens at most once, or never.
+        The first event happens at most once.
         """
         if first == last:
             return 0
@@ -62,7 +62,7 @@ class Order:
         return found
 
     def heard(self, at: int) -> Hashable | None:
-        """Return the one topic without which an event does not happen; None where there is no such topic."""
+        """Return the only topic that an event waits for; None if it may happen otherwise."""
         node, topics = self._graph.nodes[at], self._graph.catches[at]
         if node.kind not in {"start", "catch", "boundary"} or topics is None or len(topics) != 1:
             return None
@@ -75,14 +75,14 @@ class Order:
         return self._arrival[last] - self._arrival[first] - timer_wait(self._graph, first)
 
     def before(self, at: int) -> Iterator[int]:
-        """Yield the events that have happened before a token arrives at a node, the nearest first; none where none arrives."""
+        """Yield the events that certainly happen before a token arrives at a node, the nearest first."""
         while (at := self._dominator.get(at, self._root)) != self._root and self._left > 0:
             self._left -= 1
             if at < self._size:
                 yield at
 
     def _steps(self) -> dict[int, list[tuple[int, int]]]:
-        """Return where tokens go: a position beyond those of the nodes is the end of a sub-process."""
+        """Return the steps of tokens; positions beyond those of the nodes are ends of sub-processes."""
         graph, root = self._graph, self._root
         steps: dict[int, list[tuple[int, int]]] = {at: [] for at in (*range(self._size), root)}
         links = link_catches(graph)
@@ -109,7 +109,7 @@ class Order:
         return steps
 
     def _enter(self, around: int, done: int | None, steps: dict[int, list[tuple[int, int]]]) -> None:
-        """Lead from the beginning of a process or a sub-process to what begins in it, and from its ends to its end."""
+        """Add the steps from the start of a process or sub-process to its first nodes, and from its last nodes to its end."""
         graph, node = self._graph, self._graph.nodes[around]
         odd = node.kind not in ENTERED or node.least_times < 1 or not graph.inside[around]
         for at in graph.inside[around]:

@@ -1,7 +1,7 @@
-"""How often events happen at most: a number at once, and a rate. Exact, and never less than in any run.
+"""Upper bounds on how often events happen: a number at once, and a rate. No run exceeds a bound.
 
-A bound (a, r) of a node says: by any time t since the system started, it happened at most a + r·t times. Delays and losses only
-make that fewer. Where nothing is known there is no bound.
+A bound (a, r) of a node means: until any time t since the start of the system, it happens at most a + r·t times. Delays and losses
+only lower that. An unknown rate has no bound.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _SHOWN: Final = 1_000_000  # nanoseconds
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """How often something happens at most by a time t, in nanoseconds: ``once + rate * t``.
+    """The most often something happens until a time t in nanoseconds: ``once + rate * t``.
 
     Attributes:
-        origins: positions of the timers that limit the rate; a few of them.
-        alone: it rests on the assumption that a start without trigger happens once in each participant.
-        signals: it rests on the assumption that nothing else publishes on the topics of start events.
+        origins: positions of a few timers that limit the rate.
+        alone: it assumes that a start without trigger happens once in each participant.
+        signals: it assumes that nothing else publishes on the topics of start events.
     """
 
     once: Fraction
@@ -45,21 +45,21 @@ class Rate:
     signals: bool = False
 
     def times(self, factor: int | Fraction) -> Rate:
-        """Return the bound of as many at a time."""
+        """Return the bound of ``factor`` events at a time."""
         return replace(self, once=self.once * factor, rate=self.rate * factor)
 
     def excludes(self, gap: int) -> bool:
-        """Whether it is certain that at some time more than ``gap`` nanoseconds pass without it."""
+        """Whether some gap between two events is certainly longer than ``gap`` nanoseconds."""
         return self.rate * gap < 1
 
     @property
     def shortest_gap(self) -> int:
-        """The shortest gap in nanoseconds that need not be exceeded, in whole milliseconds."""
+        """The shortest gap in nanoseconds that the events can keep, in whole milliseconds."""
         return ceil(1 / self.rate / _SHOWN) * _SHOWN if self.rate else INFINITE
 
     @property
     def mean_period(self) -> int | None:
-        """The mean time between two of them is at least this many nanoseconds, as people read it; None where there are finitely many."""
+        """The least mean nanoseconds between two events, rounded for people; None if there are finitely many."""
         if not self.rate:
             return None
         exact = int(1 / self.rate)
@@ -73,7 +73,7 @@ _ALONE: Final = Rate(Fraction(1), alone=True)
 
 
 def sum_of_rates(bounds: Iterable[Rate | None]) -> Rate | None:
-    """Return the bound of all together."""
+    """Return the sum of bounds; None if one is missing."""
     once, rate, origins, alone, signals = Fraction(0), Fraction(0), dict[int, None](), False, False
     for each in bounds:
         if each is None:
@@ -90,13 +90,13 @@ def is_single(bound: Rate | None) -> bool:
 
 
 def tightest(bounds: Iterable[Rate | None]) -> Rate | None:
-    """Return the bound of what happens only together with all of them."""
+    """Return the smallest of some bounds."""
     known = [each for each in bounds if each is not None]
     return min(known, key=lambda each: (each.rate, each.once), default=None)
 
 
 def scaled(bound: Rate | None, factor: int | None) -> Rate | None:
-    """Return the bound of as many at a time, None where that number has no limit."""
+    """Return the bound of ``factor`` events at a time; None without limit."""
     return None if bound is None or factor is None else bound.times(factor)
 
 
@@ -114,26 +114,26 @@ _TURNING: Final = _CHOOSING | {
     "inclusive",
     "boundary",
 }
-"""Kinds of nodes that a loop may consist of, where its turns are counted."""
+"""Kinds of nodes in loops whose turns are counted."""
 
 
 class EventRates:
-    """The bounds of all nodes.
+    """The bounds of all nodes and topics.
 
     Attributes:
-        bounds: by position of a node how often it happens, or is entered; then those of topics.
+        bounds: by position: how often a node happens or is entered; behind the nodes, those of topics.
     """
 
     def __init__(
         self, graph: Graph, signals: Wiring, happening: AbstractSet[int], earlier: EventRates | None = None
     ) -> None:
-        """Count once.
+        """Compute all bounds.
 
         Args:
             graph: the nodes.
             signals: what they throw and catch.
-            happening: the nodes that may happen at all.
-            earlier: bounds that are known before, from which those of loops follow that wait for samples.
+            happening: the nodes that may happen.
+            earlier: known bounds, which limit loops that wait for samples.
         """
         self._graph = graph
         self._happening = happening
@@ -154,7 +154,7 @@ class EventRates:
                 self._turn(group)
 
     def of_topic(self, topic: Hashable) -> Rate | None:
-        """Return how often the processes publish on a topic; None also where something else may, or has to, publish there."""
+        """Return how often processes publish on a topic; None also if something else may publish there."""
         at = self._topics.get(topic)
         return None if at is None or self._signals.is_open(topic) else self.bounds[at]
 
@@ -163,12 +163,12 @@ class EventRates:
         return scaled(self.bounds[at], self._graph.nodes[at].times)
 
     def token(self, at: int) -> int | None:
-        """Return the node from which the only token of a run comes that may come to a node, once; None where there may be more."""
+        """Return the source of the only token that may reach a node, once; None if there may be more tokens."""
         source, bound = self._sources.get(at, (None, None))
         return source if is_single(bound) else None
 
     def _depends(self, at: int) -> Sequence[int]:
-        """Return what the bound of a node or a topic follows from."""
+        """Return the positions on which the bound of a node or topic depends."""
         graph = self._graph
         if at >= self._size:
             return graph.thrown_at[self._thrown[at - self._size]]
@@ -189,7 +189,7 @@ class EventRates:
         return graph.before[at] or [parent]
 
     def _count(self, at: int) -> Rate | None:
-        """Return the bound of what is in no loop, from the bounds of what it depends on."""
+        """Return the bound of a node or topic outside of loops."""
         graph = self._graph
         if at >= self._size:
             return sum_of_rates(self.throws(each) for each in graph.thrown_at[self._thrown[at - self._size]])
@@ -221,9 +221,9 @@ class EventRates:
     def _coming(
         self, group: Iterable[int], inside: AbstractSet[int] = frozenset()
     ) -> tuple[list[Rate | None], Mapping[int, Rate | None]]:
-        """Return how often tokens come over the flows to some nodes from elsewhere than ``inside``, and where they come from.
+        """Return how often tokens come to some nodes over flows from outside of ``inside``, and their sources.
 
-        A token that is passed on from where it comes from takes one of several ways.
+        A token from one source takes one of several paths.
         """
         ways: list[Rate | None] = []
         sources: dict[int, Rate | None] = {}
@@ -240,20 +240,20 @@ class EventRates:
         return [*ways, *together], sources
 
     def _source(self, at: int) -> tuple[int, Rate | None] | None:
-        """Return where a token comes from that leaves a node once, over one of its ways; None where it may do so more often."""
+        """Return the source of a token that leaves a node once, over one flow; None if it may leave more often."""
         if at in self._leaving:
             return self._leaving[at] if self._leaves_once(at) else None
         graph = self._graph
         return self._sources.get(at) if graph.nodes[at].kind in _CHOOSING or len(graph.after[at]) == 1 else None
 
     def _leaves_once(self, at: int) -> bool:
-        """Whether a token that comes into the loop of a node leaves it from there at most once."""
+        """Whether a token in the loop of a node leaves the loop there at most once."""
         graph = self._graph
         alone = graph.nodes[at].kind in _CHOOSING or (len(graph.after[at]) == 1 and not graph.throws[at])
         return alone and at in self._leaving
 
     def _left(self, at: int, following: int) -> Rate | None:
-        """Return how often tokens go from a node to what follows it, or to a boundary event of it."""
+        """Return how often tokens go from a node to a following node, or to its boundary event."""
         if self._graph.attached[following] == at:
             once = at in self._leaving and self._graph.nodes[following].interrupting
         else:
@@ -274,12 +274,12 @@ class EventRates:
         return None if graph.nodes[at].by_event else self._untriggered(at)
 
     def _inside(self, around: int) -> Rate | None:
-        """Return how often what is in a process or a sub-process is begun."""
+        """Return how often the content of a process or sub-process begins."""
         node = self._graph.nodes[around]
         return scaled(self.bounds[around], node.times) if node.kind in ENTERED else None
 
     def _several(self, process: int) -> int | None:
-        """Return how many participants run a process, None where that has no limit."""
+        """Return how many participants run a process; None without limit."""
         several = [each for _, each in self._graph.nodes[process].participants]
         return None if None in several else sum(each for each in several if each is not None)
 
@@ -305,14 +305,14 @@ class EventRates:
         return self._triggered(at, scaled(ONCE, self._several(parent)))
 
     def _event(self, at: int, around: Rate | None) -> Rate | None:
-        """Return how often an event happens while something else is done, which is begun so often."""
+        """Return how often an event happens during an activity that begins ``around`` often."""
         node = self._graph.nodes[at]
         if not node.triggers or not _OUTSIDE.issuperset({each.kind for each in node.triggers}):
             return None
         return around if node.interrupting else self._triggered(at, around)
 
     def _triggered(self, at: int, each: Rate | None) -> Rate | None:
-        """Return how often an event is triggered that waits as often."""
+        """Return how often an event is triggered that waits ``each`` often."""
         if each is None:
             return None
         node = self._graph.nodes[at]
@@ -328,7 +328,7 @@ class EventRates:
         return tightest(bounds) if node.all_triggers else sum_of_rates(bounds)
 
     def _turn(self, group: Sequence[int]) -> None:
-        """Count the nodes of a loop: tokens that enter it, the least time of a turn, and the samples that each turn takes."""
+        """Set the bounds of a loop: from entering tokens, the least time of a turn, and the samples that each turn takes."""
         entering = self._entering(group)
         if entering is None:
             return
@@ -345,7 +345,7 @@ class EventRates:
             self.bounds[at] = tightest([self.bounds[at], bound])
 
     def _steps(self, at: int) -> Iterator[tuple[int, int]]:
-        """Yield what a token, or a sample that it sends, comes to next, with the least time until then."""
+        """Yield the next positions of a token or of its samples, each with the least time."""
         graph = self._graph
         if at >= self._size:
             yield from ((each, 0) for each in graph.caught_at.get(self._thrown[at - self._size], ()))
@@ -354,7 +354,7 @@ class EventRates:
             yield from ((self._topics[each], 0) for each in graph.throws[at])
 
     def _sampled(self, group: Sequence[int], entering: Rate) -> dict[int, Rate]:
-        """Return bounds of the nodes of a loop whose every turn takes a sample: one more turn than samples, for each token."""
+        """Return bounds of loop nodes whose every turn takes a sample: each token makes one turn more than there are samples."""
         taken = {at: bound for at in group if at < self._size and (bound := self._taken(at)) is not None}
         rest = {at: [each for each, _ in self._steps(at) if each not in taken] for at in group if at not in taken}
         inside = set(rest)
@@ -372,7 +372,7 @@ class EventRates:
         return {} if bound is None else dict.fromkeys(set(group) - turning, bound)
 
     def _taken(self, at: int) -> Rate | None:
-        """Return how many samples come at most for one token at a catch that needs one; None also where one may come again."""
+        """Return the most samples for one token at a catch that needs one; None also if a sample may come again."""
         node, topics = self._graph.nodes[at], self._graph.catches[at]
         heard = self._graph.heard(at)
         needs = node.kind == "catch" or (node.kind == "boundary" and node.interrupting)
@@ -384,7 +384,7 @@ class EventRates:
         return tightest(heard_bounds) if node.all_triggers else sum_of_rates(heard_bounds)
 
     def _entering(self, group: Sequence[int]) -> Rate | None:
-        """Return how many tokens enter a loop; None where there are more in it than that, or it is not understood."""
+        """Return how many tokens enter a loop; None if tokens may multiply in it, or it is not understood."""
         graph, inside = self._graph, set(group)
         entering: list[Rate | None] = []
         for at in group:
@@ -415,7 +415,7 @@ class EventRates:
         return sum_of_rates([*entering, *self._coming(nodes, inside)[0]])
 
     def _entering_samples(self, at: int, inside: AbstractSet[int]) -> list[Rate | None]:
-        """Return how many samples come to a topic of a loop from elsewhere; one of the loop starts one process of it."""
+        """Return how often samples come to a topic of a loop from outside; a sample of the loop starts one process of it."""
         graph, topic = self._graph, self._thrown[at - self._size]
         starts = [each for each in graph.caught_at.get(topic, ()) if each in inside]
         if len(starts) != 1 or self._signals.is_open(topic):
@@ -423,7 +423,7 @@ class EventRates:
         return [self.throws(each) for each in graph.thrown_at[topic] if each not in inside]
 
     def _starting(self, at: int, inside: AbstractSet[int]) -> Rate | None:
-        """Return how often a process of a loop is started by anything else than the samples of the loop."""
+        """Return how often a process of a loop is started from outside of the loop."""
         graph, node = self._graph, self._graph.nodes[at]
         topics, process = graph.catches[at], graph.parent[at]
         kinds = {each.kind for each in node.triggers}
@@ -434,7 +434,7 @@ class EventRates:
 
 
 def _of_timer(timer: Timer, each: Rate, at: int) -> Rate | None:
-    """Return how often a timer fires that is started as often."""
+    """Return how often a timer fires that is started ``each`` often."""
     if timer.count is not None:
         return each.times(timer.count)
     if timer.kind != "cycle" or not timer.wait or each.rate:

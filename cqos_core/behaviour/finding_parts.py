@@ -42,17 +42,17 @@ def behaviour_finding(
     severity: Severity | None = None,
     fix: Remedy | None = None,
 ) -> Finding:
-    """Make a finding about endpoints of one role.
+    """Return a finding about endpoints of one role.
 
     Args:
         code: of `CODES`.
         message: one sentence.
         ends: the endpoints; the first one shows its values of ``policies``.
         policies: names of policies; empty ones are passed over.
-        beside: what else shows the reason.
-        assumed: what the claim rests on.
-        worlds: for a claim that depends on a reading, the verdict of each.
-        severity: where it is not that of the code.
+        beside: further sides.
+        assumed: assumptions of the claim.
+        worlds: the verdict of each value of an option on which the claim depends.
+        severity: if it is not that of the code.
         fix: of `draft_fix`.
     """
     info = CODES[code]
@@ -78,7 +78,7 @@ def behaviour_finding(
 
 
 def draft_fix(ends: Sequence[Resolved], policy: str, value: Plain) -> Remedy | None:
-    """Return a change of a policy of some endpoints that ends a finding. What else it does is not known yet."""
+    """Return a fix that changes a policy of some endpoints; its other effects are judged later."""
     first = ends[0]
     if (ENDPOINT, policy) not in first.pack.vocabulary.indices:
         return None

@@ -1,4 +1,4 @@
-"""All findings about behaviour: what control flow says about the settings of a system."""
+"""Collects all findings about behaviour, which compare control flow with settings."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ UNMET = frozenset({"BP109", "BP114"})
 
 
 def behaviour_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report what the control flow of a system says for certain; nothing where it draws none."""
+    """Return all findings about the behaviour of a system; none without control flow."""
     model = flow_model_of(pipeline)
     return [] if model is None else findings_of(model, pipeline.system)
 
 
 def flow_model_of(pipeline: Pipeline) -> FlowModel | None:
-    """Return what the control flow of a system says; None where it draws none."""
+    """Return the flow model of a system; None without control flow."""
     return FlowModel(pipeline) if has_control_flow(pipeline.system) else None
 
 
 def findings_of(model: FlowModel, system: System) -> list[Finding]:
-    """Report what control flow says about the settings of a system."""
+    """Return all findings from a flow model and the settings of its system."""
     reading = reading_of(system)
     return [
         *unknown_reading(system),

@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 
 class FlowModel:
-    """A system, and what its control flow says.
+    """A system with its control flow.
 
     Attributes:
         topics: the endpoints by protocol and topic.
-        behaviour: what the control flow says.
+        behaviour: the analyses of the control flow.
     """
 
     def __init__(self, pipeline: Pipeline) -> None:
-        """Find out which nodes throw to and catch from which endpoints."""
+        """Assign endpoints to the nodes that throw to and catch from them."""
         self.topics: Mapping[TopicKey, Sequence[Resolved]] = pipeline.topics
         self._names = _FlowNames(pipeline.system)
         keyed = ((self._names.key(each), each) for each in pipeline.endpoints)
@@ -86,14 +86,14 @@ class FlowModel:
         return self.partners(end, [(end.pack.id, end.key)])
 
     def subscribers(self) -> Iterator[tuple[Resolved, frozenset[Hashable]]]:
-        """Yield every subscriber that the control flow draws, with its topics."""
+        """Yield every subscriber in the control flow, with its topics."""
         for key, ends in self._ends.items():
             topics = self.behaviour.signals.caught.get(key)
             yield from ((each, topics) for each in ends if topics and each.role == SUBSCRIBER)
 
 
 class _FlowNames:
-    """Tells which endpoint of a file a resolved one is: several files may use one id."""
+    """Finds the endpoint in a file for a resolved one, because several files may use one id."""
 
     def __init__(self, system: System) -> None:
         drawn = ((name, flow.source) for flow in system.flows for node in flow.nodes for name in node.endpoints)
@@ -101,7 +101,7 @@ class _FlowNames:
         self._stated = Counter(each.id for each in system.endpoints)
 
     def key(self, end: Resolved) -> EndpointKey | None:
-        """Return file and id, None where no control flow draws it, or where that is open."""
+        """Return file and id; None if no control flow has the endpoint, or it is ambiguous."""
         sources = self._sources.get(end.stated_id)
         if sources is None:
             return None
@@ -113,5 +113,5 @@ class _FlowNames:
 
 
 def has_control_flow(system: System) -> bool:
-    """Whether a system has control flow about which something can be said: it is whole, and no mere trial."""
+    """Whether a system has control flow, is whole, and is no trial."""
     return not (system.partial or system.hypothetical) and any(flow.flows for flow in system.flows)

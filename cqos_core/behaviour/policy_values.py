@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def finite_value(end: Resolved, policy: str) -> int | None:
-    """Return the value of a policy of an endpoint, None where it is infinite, not known, or the pack has no such policy."""
+    """Return the value of a policy of an endpoint; None if it is infinite, unknown, or no policy of the pack."""
     indices = end.pack.vocabulary.indices
     if not policy or (ENDPOINT, policy) not in indices:
         return None
@@ -23,7 +23,7 @@ def finite_value(end: Resolved, policy: str) -> int | None:
 
 
 def is_one_of(end: Resolved, meaning: tuple[str, tuple[str, ...]]) -> bool | None:
-    """Return whether a policy of an endpoint has one of some values; None where that is not known."""
+    """Whether a policy of an endpoint has one of some values; None if not known."""
     name, texts = meaning
     if not name:
         return False
@@ -33,7 +33,7 @@ def is_one_of(end: Resolved, meaning: tuple[str, tuple[str, ...]]) -> bool | Non
 
 
 def _may_be_kept(end: Resolved) -> bool:
-    """Whether samples may be kept for subscribers that come later, as far as one end says."""
+    """Whether one end may keep samples for late joiners."""
     return not end.pack.timing.kept[0] or _keeps(end) is not False
 
 
@@ -43,14 +43,14 @@ def _keeps(end: Resolved) -> bool | None:
 
 
 def keep_for_late_joiners(publisher: Resolved, subscriber: Resolved) -> bool | None:
-    """Return whether both ends keep samples for a subscription that comes later; None where that is not known."""
+    """Whether both ends keep samples for late joiners; None if not known."""
     timing = publisher.pack.timing
     answers = {_keeps(publisher), _keeps(subscriber), _judged(timing.replayed, publisher, subscriber)}
     return False if False in answers else None if None in answers else True
 
 
 def storage_time(publisher: Resolved, subscriber: Resolved) -> int | None:
-    """Return for how long an intermediary keeps samples for later subscriptions; None where nothing limits it for certain."""
+    """Return how long an intermediary keeps samples for late joiners; None without certain limit."""
     timing = publisher.pack.timing
     return finite_value(publisher, timing.kept_for) if _judged(timing.expires, publisher, subscriber) else None
 
@@ -63,7 +63,7 @@ def _judged(condition: Condition | None, publisher: Resolved, subscriber: Resolv
 
 
 def required_value(end: Resolved, word: str) -> int | None:
-    """Return what an endpoint requires of a guarantee, None where it requires nothing or that is not known."""
+    """Return the value that an endpoint requires of a guarantee; None if nothing or unknown."""
     index, nothing = end.pack.needs.get(word, (None, None))
     value = None if index is None else end.profile.values[index]
     return value if isinstance(value, int) and value != nothing else None

@@ -1,11 +1,11 @@
-"""Which events may ever happen: the least set of nodes, with every condition, delay and message as favourable as possible.
+"""Finds the events that may happen: the least set of nodes, with the most favourable conditions, delays and messages.
 
-What is not in it happens in no run (BPMN 2.0.2, 13.2 to 13.5).
+A node outside of the set happens in no run (BPMN 2.0.2, 13.2 to 13.5).
 
-A wait that ends at most once in a run gives more: what happens only after it has ended does not end it. The search therefore knows of
-each node which of these waits have certainly ended when the node happens. It keeps them as the bits of a number. They only become
-fewer in the search, as more ways to the node are found. So the search ends, and an event is passed over only for good reason. By
-induction over the time of a run: what happens is in the set, and the waits of its number have ended.
+A wait that ends at most once excludes more: an event that only happens after its end does not end it. The search therefore keeps for
+each node, as bits of a number, the waits that have certainly ended when the node happens. These sets only shrink while the search finds
+more paths to the node, so it terminates. By induction over the time of a run, each event that happens is in the set, and the waits of
+its number have ended.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 _WAITING: Final = frozenset({"start", "catch", "boundary"})
 _MOST_WAITS: Final = 256
-"""How many waits are followed; later ones may be ended by anything."""
+"""The most waits that are followed; any event may end further ones."""
 _BUDGET: Final = 20
-"""How many steps altogether, for each node of the model; where a search takes more, no wait is followed."""
+"""The most steps for each node of the model; a longer search is repeated without waits."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReachableEvents:
-    """What may happen.
+    """The events that may happen.
 
     Attributes:
         arrived: nodes at which a token may arrive, or that may wait for their event.
         fired: nodes that may happen.
-        thrown: topics on which something may be published.
+        thrown: topics on which samples may be published.
     """
 
     arrived: AbstractSet[int]
@@ -49,7 +49,7 @@ class ReachableEvents:
 def reachable_events(
     graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int] | None = None
 ) -> ReachableEvents:
-    """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes; ``waits`` of `single_waits`."""
+    """Return the events that may happen; with ``missing``, also those that wait for topics without publisher; ``waits`` is from `single_waits`."""
     if waits:
         search = _Search(graph, signals, missing=missing, waits=waits)
         if search.run(_BUDGET * len(graph.nodes)):
@@ -60,9 +60,9 @@ def reachable_events(
 
 
 def single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
-    """Return what ends waits that end at most once in a run: its node, and the bit of the wait.
+    """Return the waits that end at most once in a run: the bit of each by the node that ends it.
 
-    The wait of a catch behind an event-based gateway is that of the gateway. That of a boundary event ends with its activity.
+    A catch behind an event-based gateway shares the wait of the gateway. The wait of a boundary event ends with its activity.
 
     Args:
         graph: the nodes.
@@ -86,7 +86,7 @@ def _gateway(graph: Graph, at: int) -> int:
 
 
 class _Search:
-    """One search from all that happens by itself."""
+    """One search that begins with all events that happen by themselves."""
 
     def __init__(self, graph: Graph, signals: Wiring, *, missing: bool, waits: Mapping[int, int]) -> None:
         self._graph = graph
@@ -101,11 +101,11 @@ class _Search:
         self._links = link_catches(graph)
 
     def found(self) -> ReachableEvents:
-        """Return what is reached."""
+        """Return the result."""
         return ReachableEvents(self._arrived.keys(), self._fired.keys(), self._thrown.keys())
 
     def run(self, budget: int | None = None) -> bool:
-        """Search to the end; return whether that took no more steps than the budget. Without waits each node is one step."""
+        """Run the search; return whether it ended within the budget of steps. Without waits each node is one step."""
         graph = self._graph
         linked = {
             (graph.process[at], each.link)
@@ -145,7 +145,7 @@ class _Search:
             self._arrive(at, 0)
 
     def _arrive(self, at: int, ended: int) -> None:
-        """Put a token on a node, or let it wait, when some waits have ended."""
+        """Let a token arrive at a node when the waits ``ended`` have ended."""
         known = self._arrived.get(at)
         if known is not None:
             ended &= known
@@ -158,7 +158,7 @@ class _Search:
             self._fire(at, ended)
 
     def _await(self, at: int) -> None:
-        """Let an event happen for which a token waits, where what it waits for may come."""
+        """Fire the event that a token waits for, if its trigger may come."""
         graph, node = self._graph, self._graph.nodes[at]
         activity = graph.attached[at]
         owner = activity if activity is not None else _gateway(graph, at) if node.kind == "catch" else at
@@ -169,7 +169,7 @@ class _Search:
             self._fire(at, self._arrived[at] | heard | ends)
 
     def _heard(self, at: int, wait: int) -> int | None:
-        """Return which waits have ended when what an event waits for comes; None where it does not come as long as its own wait lasts."""
+        """Return the waits that have ended when the trigger of an event comes; None if it does not come during the wait."""
         node, topics = self._graph.nodes[at], self._graph.catches[at]
         heard = self._graph.heard(at)
         others = any(each.kind != heard for each in node.triggers)
@@ -194,7 +194,7 @@ class _Search:
             self._waiting[at] = None
 
     def _follow(self, at: int) -> None:
-        """Do what follows when a node happens."""
+        """Continue from a node that happens."""
         graph, node, ended = self._graph, self._graph.nodes[at], self._fired[at]
         for event in graph.boundary[at]:
             self._arrive(event, ended)
@@ -229,7 +229,7 @@ class _Search:
                     self._await(catch)
 
     def _step(self, source: int, at: int, ended: int) -> None:
-        """Let a token come over one more flow."""
+        """Send a token over one flow; a parallel gateway waits for all its flows."""
         if self._graph.nodes[at].kind == "parallel":
             came = self._incoming.setdefault(at, {})
             came[source] = ended
@@ -239,7 +239,7 @@ class _Search:
         self._arrive(at, ended)
 
     def _enter(self, at: int, ended: int) -> None:
-        """Begin what is in a process or a sub-process."""
+        """Start the content of a process or sub-process."""
         graph = self._graph
         anyhow = graph.nodes[at].kind in {"adhoc", "transaction"}
         for inside in graph.inside[at]:
@@ -252,7 +252,7 @@ class _Search:
                 self._arrive(inside, ended)
 
     def _call(self, process: int, ended: int) -> None:
-        """Begin a process that a call activity runs."""
+        """Start a process that a call activity runs."""
         graph = self._graph
         starts = [at for at in graph.inside[process] if graph.nodes[at].kind in {"start", "event_start"}]
         for at in starts:

@@ -1,4 +1,4 @@
-"""Findings about processes that go round again, and about bursts: BP108, BP109, BP117 and BP118."""
+"""Findings about repeated processes and bursts: BP108, BP109, BP117 and BP118."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ONCE = "a process whose start has no trigger runs once in each participant"
 
 
 def repetition_findings(model: FlowModel, reading: str | None) -> list[Finding]:
-    """Report answers of earlier rounds, bursts, and samples that are kept for no one; ``reading`` is the option ``bpmn.catch``."""
+    """Return findings about answers to earlier requests, bursts, and samples that nobody takes; ``reading`` is the option ``bpmn.catch``."""
     found: list[Finding] = []
     for at, node in enumerate(model.behaviour.graph.nodes):
         for end in model.ends(at):
@@ -47,7 +47,7 @@ def _worlds(reading: str | None, name: str) -> dict[str, Verdict]:
 
 
 def _earlier_answer(model: FlowModel, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
-    """Report that a kept answer to an earlier request may be taken, where one timer starts the rounds."""
+    """Yield a finding if a timer repeats the process, and a kept answer to an earlier request may be taken."""
     graph, order = model.behaviour.graph, model.behaviour.order
     starts = [each for each in graph.inside[graph.process[at]] if graph.nodes[each].kind == "start"]
     timers = [each.timer for start in starts for each in graph.nodes[start].triggers]
@@ -70,14 +70,14 @@ def _earlier_answer(model: FlowModel, at: int, end: Resolved, reading: str | Non
 
 
 def _started_by(model: FlowModel, throw: int) -> Hashable | None:
-    """Return the one topic whose samples start the process of a throw."""
+    """Return the only topic whose samples start the process of a throw."""
     graph = model.behaviour.graph
     starts = [each for each in graph.inside[graph.process[throw]] if graph.nodes[each].kind == "start"]
     return model.behaviour.order.heard(starts[0]) if len(starts) == 1 else None
 
 
 def _taken_once(model: FlowModel, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
-    """Report a reader whose process takes one sample, beside a writer that keeps all and goes on for ever."""
+    """Yield a finding if a process takes one sample, and an endless publisher that keeps all blocks in the end."""
     behaviour, timing = model.behaviour, end.pack.timing
     topic = behaviour.order.heard(at)
     bound = None if topic is None else behaviour.on_topic(topic)
@@ -96,7 +96,7 @@ def _taken_once(model: FlowModel, at: int, end: Resolved, reading: str | None) -
 
 
 def _kept_for_restarts(model: FlowModel, end: Resolved) -> Iterator[Finding]:
-    """Report samples that are kept for a subscription that exists from the start of its device."""
+    """Yield a finding if samples are kept for late joiners although the subscription exists from the start."""
     timing, publishers = end.pack.timing, model.partners_here(end)
     index = end.pack.vocabulary.indices.get((TOPIC, timing.latched))
     stated = index is not None and end.written(index) is not None
@@ -112,9 +112,9 @@ def _kept_for_restarts(model: FlowModel, end: Resolved) -> Iterator[Finding]:
 
 
 def _bursts(model: FlowModel) -> Iterator[Finding]:
-    """Report requirements that nothing is lost, where more samples are sent at once than the publisher keeps."""
+    """Yield findings if a subscriber requires `loss_free` and a burst is larger than the history of the publisher."""
     for end, topics in model.subscribers():
-        # A history keeps as many samples of each instance.
+        # A history keeps its depth for each instance.
         if not required_value(end, "loss_free") or _fact(end, end.pack.timing.keyed):
             continue
         for topic in topics:
@@ -130,7 +130,7 @@ def _bursts(model: FlowModel) -> Iterator[Finding]:
 
 
 def _burst(model: FlowModel, at: int, topic: Hashable) -> int:
-    """Return how many samples of a topic are sent from a throw on, with nothing between that takes time."""
+    """Return how many samples of a topic follow each other from a throw on without a step that takes time."""
     graph = model.behaviour.graph
     if at not in model.behaviour.reachable.fired:
         return 0

@@ -29,10 +29,10 @@ _IN_ORDER: Final = "samples of different topics arrive in the order in which the
 
 @dataclass(frozen=True, slots=True)
 class _Once:
-    """A sample that is sent once, certainly before a token waits for it.
+    """A sample that is sent once, and certainly before a token waits for it.
 
     Attributes:
-        age: nanoseconds that it is old at least when the token comes.
+        age: its least age in nanoseconds when the token comes.
     """
 
     throw: int
@@ -41,7 +41,7 @@ class _Once:
 
 
 def sequence_findings(model: FlowModel, reading: str | None) -> list[Finding]:
-    """Report samples that come before a token waits for them; ``reading`` is the option ``bpmn.catch``, where it is stated."""
+    """Return findings about samples that come before a token waits for them; ``reading`` is the option ``bpmn.catch``, if stated."""
     found: list[Finding] = []
     for once in _sent_before(model):
         for publisher in model.ends(once.throw):
@@ -59,7 +59,7 @@ def _meet(publisher: Resolved, subscriber: Resolved) -> bool:
 
 
 def _only_throw(model: FlowModel, topic: Hashable) -> int | None:
-    """Return the one event that publishes on a topic, and does so once at most."""
+    """Return the only event that publishes on a topic, if it does so at most once."""
     behaviour = model.behaviour
     throws = behaviour.graph.thrown_at.get(topic, [])
     alone = len(throws) == 1 and not behaviour.signals.is_open(topic)
@@ -103,7 +103,7 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
     if not timing.kept[0] or kept is None or None in certain:
         return
     expired = kept and stored is not None and stored < once.age
-    # A late joiner that is sent kept samples best effort may still miss them, but not for certain.
+    # A best-effort late joiner may miss kept samples, but not for certain.
     lost = {AT_TOKEN: expired or not kept, UNBUFFERED: True, BUFFERED: False}
     if reading is not None:
         lost = {reading: lost[reading]}
@@ -114,7 +114,7 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
     names = " and ".join(name for name, is_lost in lost.items() if is_lost)
     message = f"{sent} before a token waits for it at `{subscriber.id}`, so it never arrives with {names}"
     policies = [timing.kept[0]]
-    # A sample that is sent just before may be under way for as long.
+    # A sample that is sent just before may still be under way.
     severity = Severity.ERROR if reading is not None and once.age else None
     spare = once.age - (stored or 0 if expired and lost.get(AT_TOKEN) else 0)
     under_way = f"a sample is under way for less than {time_text(spare)}" if once.age else _IN_ORDER
@@ -131,7 +131,7 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
 
 
 def _timeouts(model: FlowModel) -> Iterator[Finding]:
-    """Report answers that come after the timer of their gateway is due."""
+    """Yield findings about answers that come after the timer of their gateway."""
     behaviour = model.behaviour
     graph = behaviour.graph
     for gateway, node in enumerate(graph.nodes):
@@ -151,7 +151,7 @@ def _timeouts(model: FlowModel) -> Iterator[Finding]:
 
 
 def _answered(model: FlowModel, request: int, catch: int) -> int | None:
-    """Return how long after a request its answer is sent at the earliest; None where that is open."""
+    """Return the least time from a request to its answer; None if open."""
     order = model.behaviour.order
     topic = order.heard(catch)
     throws = [] if topic is None else model.behaviour.graph.thrown_at.get(topic, [])

@@ -1,7 +1,7 @@
-"""Findings about how often samples come: BP101 to BP105, BP114 and BP115.
+"""Findings about the rate of samples: BP101 to BP105, BP114 and BP115.
 
-A publisher that sends at most a + r·t samples until any time t keeps no gap g with r·g < 1: with gaps of at most g from the first
-sample on, at time t there would be at least (t - t0) / g samples, which is more for a large t.
+A publisher that sends at most a + r·t samples until any time t cannot keep a gap g with r·g < 1: with gaps of at most g from the first
+sample at t0 on, there would be at least (t - t0) / g samples at time t, which is more for a large t.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import Resolved
 
 MEAN_PERIOD = "mean_period_at_least"
-"""The name of the fact that follows from timers."""
+"""The name of the fact that is derived from timers."""
 
 
 def timer_findings(model: FlowModel) -> list[Finding]:
-    """Report deadlines, leases and requirements that timers exclude."""
+    """Return findings about deadlines, leases and requirements that the timers cannot meet."""
     publishing = [
         (each.participant.participant.id, topic, each)
         for topic, ends in model.topics.items()
@@ -49,13 +49,13 @@ def timer_findings(model: FlowModel) -> list[Finding]:
 
 
 def _sent(model: FlowModel, ends: Sequence[Resolved]) -> Rate | None:
-    """Return how often endpoints are published to; None where something else than a drawn event may do so."""
+    """Return how often endpoints publish; None if others than drawn events may do so."""
     ends_of_model = [each for each in ends if model.nodes([each])]
     return model.behaviour.thrown(model.nodes(ends)) if len(ends_of_model) == len(ends) else None
 
 
 def _offered(model: FlowModel, ends: Sequence[Resolved]) -> Iterator[Finding]:
-    """Report an offered gap that is certainly exceeded, and its consequence for exclusive owners."""
+    """Yield a finding if an offered gap is certainly exceeded."""
     timing = ends[0].pack.timing
     gaps = [finite_value(each, timing.gap) for each in ends]
     known = [gap for gap in gaps if gap is not None]
@@ -72,7 +72,7 @@ def _offered(model: FlowModel, ends: Sequence[Resolved]) -> Iterator[Finding]:
 
 
 def _owners(model: FlowModel, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator[Finding]:
-    """Report that ownership passes on, where the participant of some endpoints is the strongest and keeps no gap."""
+    """Yield findings if the strongest owner exceeds its gap, so that ownership changes each time."""
     timing, gap, bound = ends[0].pack.timing, finite_value(ends[0], ends[0].pack.timing.gap), _sent(model, ends)
     if len(ends) != 1 or gap is None or bound is None or not bound.once or not bound.excludes(gap):
         return
@@ -98,7 +98,7 @@ def _is_strongest(owner: Resolved, everybody: Sequence[Resolved]) -> bool:
 
 
 def _manual(model: FlowModel, ends: Sequence[Resolved], sending: Sequence[Resolved]) -> Iterator[Finding]:
-    """Report a lease that runs out between two samples, where only these assert liveliness."""
+    """Yield a finding if a lease expires between two samples, and only samples assert liveliness."""
     timing = ends[0].pack.timing
     for end in ends:
         lease = finite_value(end, timing.lease)
@@ -127,7 +127,7 @@ def _manual(model: FlowModel, ends: Sequence[Resolved], sending: Sequence[Resolv
 
 
 def _requested(model: FlowModel, topics: Iterable[Hashable], end: Resolved) -> Iterator[Finding]:
-    """Report a requested gap, or a required one, that all publishers together certainly exceed."""
+    """Yield findings if all publishers together exceed a requested or required gap."""
     timing = end.pack.timing
     gap, required = finite_value(end, timing.gap), required_value(end, "max_gap")
     asked = (gap is not None or required is not None) and model.partners(end, topics)
@@ -154,7 +154,7 @@ def _subject(ends: Sequence[Resolved]) -> str:
 
 
 def rate_in_words(bound: Rate) -> str:
-    """Say how often at most, in words."""
+    """Return a rate in words: ``at most one sample in 1s on average``."""
     period = bound.mean_period
     if period is not None:
         return f"at most one sample in {time_text(period)} on average"
@@ -162,7 +162,7 @@ def rate_in_words(bound: Rate) -> str:
 
 
 def limiting_timers_in_words(model: FlowModel, bound: Rate) -> str:
-    """Say which timers limit a rate."""
+    """Return the timers that limit a rate, in words."""
     said = []
     for at in bound.origins:
         node = model.behaviour.graph.nodes[at]
@@ -174,7 +174,7 @@ def limiting_timers_in_words(model: FlowModel, bound: Rate) -> str:
 
 
 def limiting_timer_sides(model: FlowModel, bound: Rate) -> list[Side]:
-    """Return the timer that limits a rate, with the mean period as a fact."""
+    """Return the timer that limits a rate as a side, with the mean period as a fact."""
     period = bound.mean_period
     if period is None or not bound.origins:
         return []
@@ -184,7 +184,7 @@ def limiting_timer_sides(model: FlowModel, bound: Rate) -> list[Side]:
 
 
 def assumptions_in_words(bound: Rate, gap: int, outside: str = "") -> Iterable[str]:
-    """Return the assumptions that a claim rests on, in words."""
+    """Yield the assumptions of a claim, in words."""
     longest = max(gap, bound.mean_period or 0)
     yield f"devices stay up for longer than {time_text(longest)}"
     if bound.alone:

@@ -1,4 +1,4 @@
-"""Findings about events that never happen: BP110 to BP112. They need no settings."""
+"""Findings about events that never happen: BP110 to BP112. They depend on no settings."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _ORDERED = (
 
 
 def unreachable_findings(model: FlowModel) -> list[Finding]:
-    """Report topics on which no run publishes, and events that no token reaches."""
+    """Return findings about topics without any sample, and about events that no token reaches."""
     certain, alone = model.behaviour.reachable, model.behaviour.reachable_alone
     found = [*_never_thrown(model, certain, None), *_dead_events(model, certain)]
     if alone.thrown != certain.thrown:
-        # That nothing publishes what these wait for is reported by itself, as a warning.
+        # These wait for topics without publisher, which is a warning of its own.
         found += _never_thrown(model, alone, certain)
     return found
 
@@ -55,7 +55,7 @@ def _never_thrown(model: FlowModel, reached: ReachableEvents, louder: ReachableE
 
 
 def _never_started(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> Iterator[Side]:
-    """Yield the other events of the processes that only samples of a topic start."""
+    """Yield the other events of processes that only samples of a topic start."""
     graph = model.behaviour.graph
     starts = [at for at in graph.caught_at.get(topic, ()) if graph.nodes[at].kind == "start"]
     processes = {graph.process[at] for at in starts if graph.process[at] not in reached.fired}
@@ -72,7 +72,7 @@ def _never_started(model: FlowModel, reached: ReachableEvents, topic: Hashable) 
 
 
 def _waiting(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> str:
-    """Say what the throws of a topic wait for, until something waits for an earlier one, or nothing is known."""
+    """Return in words what the throws of a topic wait for, step by step, up to a circle."""
     graph = model.behaviour.graph
     seen: dict[Hashable, None] = {}
     steps: list[str] = []
@@ -93,7 +93,7 @@ def _waiting(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> str
 
 
 def _blocking(model: FlowModel, reached: ReachableEvents, throw: int) -> int | None:
-    """Return the nearest event before a throw that waits for what never comes."""
+    """Return the nearest event before a throw that waits for a sample which never comes."""
     graph = model.behaviour.graph
     waiting, seen = deque([throw]), {throw}
     while waiting:
@@ -124,7 +124,7 @@ def _dead_events(model: FlowModel, reached: ReachableEvents) -> Iterator[Finding
 
 
 def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
-    """Name the wait before an event that nothing ends in time, where the order of events excludes it; return the assumptions too."""
+    """Return in words which wait before an event never ends, if the order of events excludes that; and the assumptions."""
     if not ordered:
         return "", (_COMPLETE,)
     graph, reached = model.behaviour.graph, model.behaviour.reachable

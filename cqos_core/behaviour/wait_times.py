@@ -1,4 +1,4 @@
-"""How long tokens wait for certain: least sums of literal timers. Tasks, gateways and messages count as no time."""
+"""Least waiting times of tokens, from literal timers. Tasks, gateways and messages count as zero."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from cqos_core.behaviour.graph import Graph
 
 _DEEPEST: Final = 40
-"""How deep sub-processes and calls are looked into; deeper ones count as no time."""
+"""The most nested sub-processes and calls; deeper ones count as zero."""
 
 
 def timer_wait(graph: Graph, at: int) -> int:
-    """Return how many nanoseconds pass at least from the arrival of a token at an event until it happens."""
+    """Return the least nanoseconds from the arrival of a token at an event until it happens."""
     node = graph.nodes[at]
     waits = [each.timer.wait for each in node.triggers if each.timer is not None and each.timer.kind == "duration"]
     if node.kind not in {"catch", "boundary"} or not waits or None in waits:
@@ -27,7 +27,7 @@ def timer_wait(graph: Graph, at: int) -> int:
 
 
 class WaitTimes:
-    """Least times of passing through nodes, each found once."""
+    """The least times to pass nodes, each computed once."""
 
     def __init__(self, graph: Graph) -> None:
         """Begin without any."""
@@ -35,9 +35,9 @@ class WaitTimes:
         self._passing: dict[int, int] = {}
 
     def passing(self, at: int, depth: int = 0) -> int:
-        """Return how long a token takes at least from its arrival at a node until it goes on."""
+        """Return the least time from the arrival of a token at a node until it leaves."""
         if at not in self._passing:
-            self._passing[at] = 0  # of what contains itself
+            self._passing[at] = 0  # while it is computed, for calls of itself
             self._passing[at] = self._through(at, depth)
         return self._passing[at]
 
@@ -54,7 +54,7 @@ class WaitTimes:
         return 0
 
     def _inside(self, around: int, depth: int) -> int:
-        """Return the least time from the beginning to the end of what is in a process or a sub-process."""
+        """Return the least time from start to end of a process or sub-process."""
         graph = self._graph
         inside = graph.inside[around]
         entries = [
@@ -70,7 +70,7 @@ class WaitTimes:
         return min(ends, default=0)
 
     def steps(self, at: int, depth: int = 0) -> Iterator[tuple[int, int]]:
-        """Yield the nodes to which a token goes from a node, each with the least time from arrival to arrival."""
+        """Yield the next nodes of a token, each with the least time from arrival to arrival."""
         graph = self._graph
         for event in graph.boundary[at]:
             yield event, 0
@@ -80,12 +80,12 @@ class WaitTimes:
 
 
 def _is_odd(graph: Graph, at: int) -> bool:
-    """Whether a node lets tokens go where no flow leads."""
+    """Whether a node sends tokens elsewhere than over flows."""
     return any(each.kind in {"link", "unknown"} for each in graph.nodes[at].triggers)
 
 
 def shortest_times(starts: Iterable[int], steps: Callable[[int], Iterable[tuple[int, int]]]) -> dict[int, int]:
-    """Return the least time to each node that is reached from some ``starts``, by the steps from each node."""
+    """Return the least time to each node that some ``starts`` reach (Dijkstra 1959)."""
     times: dict[int, int] = {}
     waiting = [(0, at) for at in sorted(starts)]
     while waiting:

@@ -1,4 +1,4 @@
-"""What is reported of links: values that cannot be read, and loads that are more than a link carries."""
+"""Findings about links: values that cannot be read, and overload."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def budget_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report links that are certainly overloaded, or perhaps. Verdicts of pairs stay as they are."""
+    """Return findings about links that are, or may be, overloaded. Verdicts of pairs do not change."""
     found = budgets_of_system(pipeline)
     return [
         *(core_finding("CQ811", each.message, place=each.place, help=each.help) for each in found.faults),
