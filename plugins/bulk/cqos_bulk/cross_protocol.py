@@ -1,4 +1,4 @@
-"""Topics on which endpoints of two protocols match: of one, and of the protocol that carries it."""
+"""Finds topics on which endpoints of one protocol match those of the protocol that carries it."""
 
 from __future__ import annotations
 

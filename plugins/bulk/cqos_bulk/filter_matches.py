@@ -1,4 +1,4 @@
-"""What subscribers hear: which topics match which others, by the index of the pack, and what follows for all subscribers of a participant.
+"""Matches filters of subscribers with topics, by the index of the pack, for all subscribers of a participant.
 
 The index is made of the distinct topics that match others, such as filters. The distinct published topics stream by, so memory follows
 from the index, and from the distinct sets of topics that match one.

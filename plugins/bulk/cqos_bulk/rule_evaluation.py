@@ -1,4 +1,4 @@
-"""The rules of a pack over the profiles of a fleet: as forms over columns of profiles, and what is left to Python."""
+"""Evaluates the rules of a pack over the profiles of a fleet: as forms over columns, or in Python if a rule has no form."""
 
 from __future__ import annotations
 

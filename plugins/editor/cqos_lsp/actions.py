@@ -1,4 +1,4 @@
-"""Code actions: the fixes of findings as changes of the open texts, and the comment that accepts a finding where it stands."""
+"""Code actions: fixes of findings, and the comment that accepts a finding."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ def actions(
     *,
     notes: bool,
 ) -> list[CodeAction]:
-    """Return what fixes the findings that stand in a range, the smallest fix of each first.
+    """Return the actions for findings in a range: their fixes, the smallest first, and their acceptance.
 
     Args:
-        analysis: of the text as it is.
+        analysis: of the present text.
         path: of the document.
         extent: the range.
-        given: the diagnostics of the editor; each action names that which it fixes.
+        given: the diagnostics of the editor; each action names the ones that it fixes.
         units: how columns are counted.
         uris: how the client calls its open documents.
         notes: whether findings of severity note are shown.
@@ -70,7 +70,7 @@ def _touches(finding: Finding, path: str, extent: Range, analysis: Analysis, uni
 
 
 def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, str]) -> WorkspaceEdit | None:
-    """Return a fix as changes of texts; None where one of its edits cannot be applied."""
+    """Return a fix as text edits; None if one of its edits cannot be applied."""
     changes = {
         uri_of(name, uris): [
             TextEdit(units.replaced(lines_of(analysis.sources[name]), change), change.text) for change in changed
@@ -83,7 +83,7 @@ def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, s
 def _acceptance(
     finding: Finding, fixed: list[Diagnostic], analysis: Analysis, units: Units, uris: Mapping[str, str]
 ) -> Iterator[CodeAction]:
-    """Yield the comment that accepts a finding, without the reason: until a person writes one, C-QoS asks for it."""
+    """Yield the action that adds an accepting comment; the person has to write the reason."""
     found = located(finding.place, analysis.sources)
     if found is None or not finding.endpoints or not claims_yaml(found[0], analysis.sources[found[0]]):
         return

@@ -1,4 +1,4 @@
-"""What open documents belong to, read and checked: systems as `cqos check` puts them together, again after each change."""
+"""Checks the systems of open documents after each change, with the files grouped as by `cqos check`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 Texts: TypeAlias = "Mapping[str, bytes]"
 """The open documents by real path."""
 Step: TypeAlias = "Callable[[int, int], None]"
-"""Called again and again during a check; what it raises ends the check."""
+"""Called repeatedly during a check; an exception in it ends the check."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,8 +41,8 @@ class Analysis:
     """One system, checked.
 
     Attributes:
-        files: what was read as one system: a whole one, or parts.
-        endpoints: with their values.
+        files: the files of the system: a whole one, or parts.
+        endpoints: the endpoints with their values.
     """
 
     files: tuple[str, ...]
@@ -53,11 +53,11 @@ class Analysis:
 
     @property
     def sources(self) -> Mapping[str, bytes]:
-        """All files that it was made of, by the names that places have."""
+        """The bytes of all its files, by the names in places."""
         return self.system.sources
 
     def name_of(self, path: str) -> str | None:
-        """Return the name of a file among the sources; None where it is not among them."""
+        """Return the name of a file among the sources; None if it is no source."""
         if path in self.sources:
             return path
         return next((name for name in self.sources if os.path.realpath(name) == path), None)
@@ -65,13 +65,13 @@ class Analysis:
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """What a round of checks gave.
+    """The result of checking all open documents.
 
     Attributes:
-        analyses: the systems that open documents are part of; of files that cannot be read now, as they were before.
-        problems: what is wrong with files that cannot be read.
-        projects: by open document.
-        current: ids of the analyses that are made of the texts as they are.
+        analyses: the systems of open documents; for files that cannot be read now, the former ones.
+        problems: of files that cannot be read.
+        projects: the project of each open document.
+        current: ids of the analyses of the present texts.
     """
 
     analyses: tuple[Analysis, ...] = ()
@@ -80,23 +80,23 @@ class CheckResult:
     current: frozenset[int] = frozenset()
 
     def of(self, path: str) -> Analysis | None:
-        """Return the system that a file is part of; of several, that of the file itself, else the first."""
+        """Return the system of a file: the one that it belongs to itself, else the first that includes it."""
         mine = [each for each in self.analyses if each.name_of(path) is not None]
         return next((each for each in mine if path in each.files), mine[0] if mine else None)
 
     def is_current(self, analysis: Analysis) -> bool:
-        """Whether an analysis is made of the texts as they are."""
+        """Whether an analysis is of the present texts."""
         return id(analysis) in self.current
 
 
 @dataclass(slots=True, eq=False)
 class _Unit:
-    """What is read as one system.
+    """The files of one system.
 
     Attributes:
-        stamps: of all files that it was made of; empty where it could not be read.
-        system: as it was read the last time.
-        last: the last check, also where the files cannot be read now.
+        stamps: of all its files; empty if it could not be read.
+        system: as it was read last.
+        last: the last analysis, also if the files cannot be read now.
     """
 
     files: tuple[str, ...]
@@ -108,13 +108,13 @@ class _Unit:
 
     @property
     def others(self) -> set[str]:
-        """The files that its own include."""
+        """The files that its files include."""
         return {os.path.realpath(name) for name in self.system.sources} - {*self.files} if self.system else set()
 
 
 @dataclass(slots=True, eq=False)
 class Checker:
-    """Checks what open documents are part of; everything that did not change stays as it is."""
+    """Checks the systems of open documents; unchanged systems keep their analysis."""
 
     projects: Projects = field(default_factory=Projects)
     _listed: dict[str, list[str]] = field(default_factory=dict)
@@ -123,7 +123,7 @@ class Checker:
     _last: dict[str, Analysis] = field(default_factory=dict)
 
     def forget(self) -> None:
-        """Look at all folders and configurations again: files came, went or changed outside of the editor."""
+        """Forget folders and configurations, because files changed outside of the editor."""
         self._listed.clear()
         self.projects.forget()
 
@@ -153,7 +153,7 @@ class Checker:
         return replace(found, analyses=(*found.analyses, *lost.values()))
 
     def _folder(self, path: str, folders: Sequence[str], texts: Texts) -> str:
-        """Return the folder of the workspace in which a search finds a file; empty where none does."""
+        """Return the folder of the workspace in which a search finds a file; empty if there is none."""
         above = sorted((each for each in folders if path.startswith(each.rstrip(os.sep) + os.sep)), key=len)
         return next((each for each in above if path in self._files(each, texts)), "")
 
@@ -165,7 +165,7 @@ class Checker:
         return self._listed[folder]
 
     def _units_of(self, folder: str, opened: Iterable[str], texts: Texts, step: Step) -> list[_Unit]:
-        """Return the units with an open document: of a folder as `cqos check FOLDER` makes them, else each by itself."""
+        """Return the units with an open document: grouped as by `cqos check FOLDER`, or single files outside of folders."""
         if not folder:
             return [self._read((path,), texts) for path in opened if self._importer(path, texts) is not None]
         units, parts = [], []
@@ -184,7 +184,7 @@ class Checker:
         return [unit for unit in units if not texts.keys().isdisjoint({*unit.files, *unit.others})]
 
     def _importer(self, path: str, texts: Texts) -> ImporterInfo | None:
-        """Return the importer of a file; an open one stays of its format while a person edits its first lines."""
+        """Return the importer of a file; an open file keeps its format while its first lines are edited."""
         stamp = _stamp(path, texts)
         known, info = self._claims.get(path, (None, None))
         if stamp != known:
@@ -194,7 +194,7 @@ class Checker:
         return info
 
     def _read(self, files: tuple[str, ...], texts: Texts) -> _Unit:
-        """Return a unit, read again where one of its files or its configuration changed."""
+        """Return a unit, read again if a file or its configuration changed."""
         projects = {path: self.projects.of(path, texts) for path in files}
         project = projects[files[0]]
         unit = self._units.get(files) or _Unit(files, project)
@@ -223,7 +223,7 @@ class Checker:
 
 
 def _judge(unit: _Unit, step: Step) -> None:
-    """Check what was read, if it is not checked yet."""
+    """Check a unit, if it is not checked yet."""
     system, project = unit.system, unit.project
     if system is None or (unit.last is not None and unit.last.system is system and unit.last.project is project):
         return
@@ -240,7 +240,7 @@ def _recognised(path: str, texts: Texts) -> ImporterInfo | None:
 
 
 def _stamp(path: str, texts: Texts) -> object:
-    """Return what tells whether a file changed: the text that is open, or when and how long it was written."""
+    """Return a value that changes with a file: its open text, or its time and size."""
     if path in texts:
         return texts[path]
     try:

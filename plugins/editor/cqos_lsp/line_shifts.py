@@ -1,4 +1,4 @@
-"""Where lines of a text went while a person edited it, so that what was known of them stays in place."""
+"""Maps lines of a checked text to lines of the edited text, and back."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from cqos_lsp.positions import lines_of
 
 @dataclass(frozen=True, slots=True)
 class LineShift:
-    """Lines before an edit and after it are the same; those within are not known.
+    """The lines that two versions of a text share at the start and at the end.
 
     Attributes:
-        first: how many lines at the start are the same.
-        old, new: one-based lines from which on the texts are the same again, before and after the edit.
+        first: the number of shared lines at the start.
+        old: the one-based first shared line at the end, in the old text.
+        new: the same in the new text.
     """
 
     first: int
@@ -36,11 +37,11 @@ class LineShift:
         return self.first == 0 and self.old == self.new == 1
 
     def after(self, line: int) -> int | None:
-        """Return where a line of the old text is in the new one; None where it was edited."""
+        """Return the line of the new text for one of the old text; None if it was edited."""
         return _moved(line, self.first, self.old, self.new)
 
     def before(self, line: int) -> int | None:
-        """Return where a line of the new text was in the old one; None where it was edited."""
+        """Return the line of the old text for one of the new text; None if it was edited."""
         return _moved(line, self.first, self.new, self.old)
 
 

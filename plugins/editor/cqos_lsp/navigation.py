@@ -1,4 +1,4 @@
-"""Definitions, references and new names of profiles, topics and participants; the outline of a document."""
+"""Definitions, references and renaming of profiles, topics and participants; the outline of a document."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 
 def definition(analysis: Analysis, source: str, line: int, column: int, units: Units) -> list[Location]:
-    """Return where the thing is described whose name stands at a one-based line and column.
+    """Return the definition of the name at a one-based line and column.
 
-    Of a topic without an entry of its own, that is where it is published. From the key of an endpoint, it is also where its partners stand.
+    A topic without an entry of its own is defined by its publishers.
     """
     names = names_of(analysis.sources)
     name = name_at(names, analysis.sources, source, line, column)
@@ -52,14 +52,14 @@ def _publishes(name: Name) -> bool:
 
 
 def _partners(name: Name, analysis: Analysis) -> list[Place]:
-    """Return the publishers that match endpoints on a topic, also those in files of other formats."""
+    """Return the places of publishers that match endpoints on a topic, in files of any format."""
     mine = {end.id for end in analysis.endpoints if end.endpoint.topic == name.text}
     others = {pub for group in analysis.report.groups if mine & {*group.subscribers} for pub in group.publishers}
     return [end.endpoint.place for end in analysis.endpoints if end.id in others and end.endpoint.place is not None]
 
 
 def references(analysis: Analysis, source: str, line: int, column: int, units: Units) -> list[Location]:
-    """Return every place in the files of the system at which the name stands, and the endpoints of other files on that topic."""
+    """Return all occurrences of the name at a place, and endpoints on the topic in files of other formats."""
     names = names_of(analysis.sources)
     name = name_at(names, analysis.sources, source, line, column)
     if name is None:
@@ -81,7 +81,7 @@ def _locations(places: Iterable[Place], analysis: Analysis, units: Units) -> lis
 
 
 def renamable(analysis: Analysis, source: str, line: int, column: int, units: Units) -> Range | None:
-    """Return the range of the name at a place; None where nothing there can get another name."""
+    """Return the range of the name at a place; None if it cannot be renamed."""
     name = name_at(names_of(analysis.sources), analysis.sources, source, line, column)
     if name is None or name.kind not in {"profile", "topic", "service", "action", "participant", "broker"}:
         return None
@@ -92,10 +92,10 @@ def renamable(analysis: Analysis, source: str, line: int, column: int, units: Un
 def rename(
     analysis: Analysis, source: str, line: int, column: int, new: str, units: Units, uris: Mapping[str, str]
 ) -> WorkspaceEdit:
-    """Return the changes after which the thing at a place has another name in all files of the system.
+    """Return the changes that rename the name at a place in all files of the system.
 
     Raises:
-        CqosError: the new texts would be another system: a pair is gone or came, or the files cannot be read.
+        CqosError: pairs or findings would change, or the files could not be read.
     """
     names = names_of(analysis.sources)
     name = name_at(names, analysis.sources, source, line, column)
@@ -119,7 +119,7 @@ def rename(
 
 
 def _renamed(each: Name, name: Name, new: str, analysis: Analysis) -> str | None:
-    """Return what stands in the place of a name afterwards; None where it stays."""
+    """Return the new text of an occurrence; None if it does not change."""
     if each.kind == name.kind and each.text == name.text:
         return new
     if each.kind != "participant" or name.kind not in {"topic", "participant"}:
@@ -148,7 +148,7 @@ def _with(data: bytes, changes: Iterable[tuple[Place, int, str]]) -> bytes:
 
 
 def _refuse_others(analysis: Analysis, texts: Mapping[str, bytes], name: Name, new: str) -> None:
-    """Check the new texts, and refuse them where they are another system."""
+    """Check the new texts, and refuse them if pairs or findings change."""
     project = analysis.project
     sources = {**analysis.sources, **texts}
     try:
@@ -166,7 +166,7 @@ def _refuse_others(analysis: Analysis, texts: Mapping[str, bytes], name: Name, n
 
 
 def _shape(report: Report) -> tuple[object, ...]:
-    """Return what a change of names leaves as it is."""
+    """Return the counts of a report that renaming must not change."""
     pairs = Counter[tuple[str, int]]()
     for group in report.groups:
         pairs[str(group.verdict), len(group.codes)] += group.pairs

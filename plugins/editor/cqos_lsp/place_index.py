@@ -1,4 +1,4 @@
-"""What stands where in the files of a system: endpoints and settings by the places that importers keep, in every format."""
+"""Finds the endpoint or setting at a place of a file in any format, by the places that importers keep."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ What: TypeAlias = Literal["endpoint", "participant", "profile", "setting"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedItem:
-    """One thing that stands at a place.
+    """An endpoint, participant, profile or setting with its place.
 
     Attributes:
-        owner: the endpoint, participant or profile that it is or belongs to, where it does.
+        owner: the endpoint, participant or profile itself, or the one that a setting belongs to.
         name: of a setting, as written.
-        policies: what a setting may be, one of each pack that knows it.
+        policies: the policies of that name, one of each pack that has it.
     """
 
     what: What
@@ -49,14 +49,14 @@ def packs_of(analysis: Analysis) -> Sequence[RulePack]:
 
 
 def items_on_line(analysis: Analysis, source: str, line: int) -> list[PlacedItem]:
-    """Return what stands on a one-based line of a source, as far as importers tell."""
+    """Return the items on a one-based line of a source."""
     marks = [*items_in_source(analysis, source)]
     places = exact((mark.place for mark in marks), analysis.sources)
     return [replace(mark, place=places[mark.place]) for mark in marks if places[mark.place].line == line]
 
 
 def items_in_source(analysis: Analysis, source: str) -> Iterator[PlacedItem]:
-    """Yield everything that importers know a place of in a source, endpoints before what they state."""
+    """Yield all items of a source, endpoints before their settings."""
     system, packs = analysis.system, packs_of(analysis)
     for end in system.endpoints:
         if end.place is not None and end.place.source == source:
@@ -105,7 +105,7 @@ def _settings(
 
 
 def _at_owner(setting: Setting, owner: Owner) -> bool:
-    """Whether a value that follows from others has no place of its own."""
+    """Whether a derived setting has only the place of its owner."""
     return owner is None or setting.place == owner.place
 
 
@@ -141,7 +141,7 @@ _VALUE: Final = re.compile(r"""["']?\s*:\s*(?=[^\s#])""")
 
 
 def end_of_line(analysis: Analysis, place: Place) -> tuple[int, int] | None:
-    """Return line and column behind what stands at a place: behind the value of a key on its line, else at the end of the line."""
+    """Return line and column behind a place: behind the value of a key on its line, else at the end of the line."""
     found = located(place, analysis.sources)
     if found is None:
         return None

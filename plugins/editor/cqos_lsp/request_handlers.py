@@ -1,4 +1,4 @@
-"""What the server answers: each request of the protocol, turned into a call of the module that knows."""
+"""Handlers of the requests of the protocol; each calls the module for its feature."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ async def _references(server: CqosServer, params: types.ReferenceParams) -> list
 
 
 async def _named(server: CqosServer, params: Any) -> tuple[Analysis, str, tuple[int, int]]:
-    """Return what `_settled` does, or refuse a new name with the reason."""
+    """Return the result of `_settled`, or refuse a new name with the reason."""
     analysis, source, place = await _settled(server, params)
     if analysis is not None:
         return analysis, source, place
@@ -139,13 +139,13 @@ _FEATURES: Final[tuple[tuple[str, object, Handler], ...]] = (
 
 
 def register(server: CqosServer) -> None:
-    """Register everything that the server answers."""
+    """Register all handlers."""
     for name, options, answer in _FEATURES:
         server.feature(name, options)(_guarded(server, answer))
 
 
 def _guarded(server: CqosServer, answer: Handler) -> Callable[[Any], Awaitable[object]]:
-    """Return a handler that logs one line of a fault; the editor then goes on without the answer."""
+    """Return a handler that logs an exception in one line, and answers nothing."""
 
     async def handler(params: Any) -> object:
         try:
@@ -172,7 +172,7 @@ def _project(server: CqosServer, path: str) -> Project:
 
 
 async def _settled(server: CqosServer, params: Any) -> tuple[Analysis | None, str, tuple[int, int]]:
-    """Return the system of a document as its text is now, the name of the document in it, and the line and column."""
+    """Return the analysis of the present text of a document, its name in it, and line and column."""
     path = server.path(params.text_document.uri)
     position = getattr(params, "position", types.Position(0, 0))
     analysis = await server.settled(path)
@@ -181,7 +181,7 @@ async def _settled(server: CqosServer, params: Any) -> tuple[Analysis | None, st
 
 
 def _shift(server: CqosServer, analysis: Analysis, path: str) -> LineShift:
-    """Return how lines moved since a document was checked."""
+    """Return the shift of lines since a document was checked."""
     source = analysis.name_of(path)
     then = b"" if source is None else analysis.sources[source]
     return LineShift.between(then, server.state.texts.get(path, b""))

@@ -1,7 +1,7 @@
-"""Which words may stand at a place of a document, read from the JSON schema of its form.
+"""The words that a document may have at a path, from the JSON schema of its form.
 
-The schema is made of the forms that readers use and of the installed packs, and `cqos schema` prints it. So an editor with the schema
-alone completes the same words.
+`cqos schema` prints the schema, which is made of the forms of readers and of the installed packs. So an editor with the schema alone
+completes the same words.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _DEEPEST: Final = 32
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A word that may be written, and what it means."""
+    """A key or value with its description."""
 
     text: str
     doc: str = ""
@@ -54,7 +54,7 @@ def schema_of_packs() -> Schema:
 
 
 def _parts(schema: Schema, node: Any, depth: int = 0) -> Iterator[Schema]:
-    """Yield a part of a schema with all that it refers to or is put together from."""
+    """Yield a schema with all schemas that it refers to or combines."""
     if not isinstance(node, dict) or depth > _DEEPEST:
         return
     yield node
@@ -76,7 +76,7 @@ def _below(schema: Schema, node: Any, part: str | int) -> Iterator[Any]:
 
 
 def at(schema: Schema, path: Path) -> list[Any]:
-    """Return what a schema says of the value at a path."""
+    """Return the schemas of the value at a path."""
     found: list[Any] = [schema]
     for part in path:
         found = [below for node in found for below in _below(schema, node, part) if isinstance(below, dict)]
@@ -84,7 +84,7 @@ def at(schema: Schema, path: Path) -> list[Any]:
 
 
 def _joined(found: Iterable[Word]) -> list[Word]:
-    """Return each word once, with all descriptions."""
+    """Return each word once, with all its descriptions."""
     docs: dict[tuple[str, bool], dict[str, None]] = {}
     for each in found:
         docs.setdefault((each.text, each.value), {}).update({each.doc: None} if each.doc else {})
@@ -103,7 +103,7 @@ def keys_at(schema: Schema, path: Path) -> list[Word]:
 
 
 def values_at(schema: Schema, path: Path) -> list[Word]:
-    """Return the values that may stand at a path, as far as they are words."""
+    """Return the words that are possible values at a path."""
     return _joined(word for node in at(schema, path) for part in _parts(schema, node) for word in _values(part))
 
 
@@ -122,7 +122,7 @@ def _text(value: Any) -> str:
 
 
 def doc_at(schema: Schema, path: Path) -> str:
-    """Return what a schema says of the key at the end of a path."""
+    """Return the description of the key at the end of a path."""
     if not path:
         return ""
     name = path[-1]

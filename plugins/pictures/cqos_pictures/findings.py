@@ -1,4 +1,4 @@
-"""Findings as data for the page: sentences, excerpts of sources with marks, and fixes as changed lines."""
+"""Data of findings for the page: sentences, marked excerpts of sources, and fixes as changed lines."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _LONGEST: Final = 240
 
 
 class FindingLink(NamedTuple):
-    """A finding as other parts of the page name it; ``target`` is the link to it."""
+    """A link from other parts of the page to a finding."""
 
     severity: Severity
     code: str
@@ -44,11 +44,11 @@ class FindingLink(NamedTuple):
 
 
 class Findings:
-    """Prepares the findings of one report."""
+    """Prepares the findings of one report for the page."""
 
     def __init__(self, report: Report, style: Style, anchors: Anchors) -> None:
-        """Take the worst findings; the rest is counted."""
-        # In the order of the report, so that findings with one fingerprint keep their anchors when others are accepted.
+        """Choose the worst findings to show."""
+        # Anchors in the order of the report stay the same when other findings are accepted.
         found = [(each, anchors.give("finding", each.code, fingerprint(each))) for each in report.findings]
         found.sort(key=lambda each: (each[0].accepted is not None, each[0].severity.rank))
         self._shown = found[:_MOST_FINDINGS]
@@ -66,7 +66,7 @@ class Findings:
         )
 
     def data(self, own: Mapping[Key, str]) -> list[dict[str, Any]]:
-        """Return all of them; ``own`` has the anchors of topics."""
+        """Return the data of the shown findings; ``own`` has the anchors of topics."""
         return [
             {"anchor": anchor, **self._finding(each, number, own)} for number, (each, anchor) in enumerate(self._shown)
         ]
@@ -116,7 +116,7 @@ class Findings:
         return phrases.position(replace(self._places.exact(finding.place), column=None))
 
     def _excerpts(self, finding: Finding) -> Iterator[dict[str, Any]]:
-        """Yield lines of sources with everything in them that the finding points at."""
+        """Yield source lines with all marks of the finding."""
         lines: dict[tuple[str, int, str], list[tuple[Excerpt, str, bool]]] = {}
         for number, side in enumerate(finding.sides):
             for fact, place in marked_places(side):
@@ -166,7 +166,7 @@ class Findings:
         }
 
     def _same_cause(self, finding: Finding) -> Iterator[str]:
-        """Yield which other findings have the same cause; all but the first name only the first."""
+        """Yield a note on other findings of the same cause: the first lists the others, and they name the first."""
         cause = self._causes[id(finding)]
         if finding is not cause.first:
             where = places_of([cause.first], self._places)
@@ -180,7 +180,7 @@ class Findings:
         return self._texts[source]
 
     def _diff(self, remedy: Remedy) -> dict[str, Any] | None:
-        """Return the lines that a fix changes, before and after; None where no file is changed."""
+        """Return the lines that a fix changes, before and after; None if no file changes."""
         lines: list[dict[str, str]] = []
         where = ""
         for source, made in (self._style.replaced(remedy.edits) if remedy.edits else {}).items():
@@ -196,7 +196,7 @@ class Findings:
 
 
 def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:
-    """Return lines that are gone and lines that came; those that stay are left out."""
+    """Return removed and added lines."""
     stay = {line for line in old if line in new}
     return [
         {"sign": sign, "kind": kind, "text": line.rstrip("\r").replace("\t", "    ")[:_LONGEST]}
@@ -207,7 +207,7 @@ def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:
 
 
 def _pieces(text: str, marks: Sequence[Excerpt]) -> Iterator[dict[str, Any]]:
-    """Yield a line in pieces, marked and not."""
+    """Yield the pieces of a line, each marked or not."""
     at = 0
     for mark in sorted(marks, key=lambda each: each.column):
         start, end = max(mark.column - 1, at), mark.column - 1 + mark.width

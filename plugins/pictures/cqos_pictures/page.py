@@ -1,4 +1,4 @@
-"""``--format html``: one file that needs nothing else, with the findings, a picture, topics and guarantees of each system."""
+"""``--format html``: one self-contained file with findings, graph, topics and guarantees of each system."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _BAR: Final = 600
 
 
 def render_html(report: Report, style: Style) -> str:
-    """Return a page with everything of the report that a person can take in; what is left out is counted."""
+    """Return the page of a report; parts beyond the bounds are counted."""
     parts = sorted(report.parts or (report,), key=lambda each: -each.verdict.rank)
     scope = scopes(parts)
     systems = [_system(each, style, Anchors(scope[id(each)])) for each in parts[:_MOST_SYSTEMS]]
@@ -159,7 +159,7 @@ def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
 
 
 def _stages(graph: DrawnGraph, used: Usage, own: dict[Key, str], anchor: str) -> dict[str, Any]:
-    """Return the drawings of a graph as it grows; without a node there is none."""
+    """Return the drawings of the growing graph."""
     targets = {key: f"#{name}" for key, name in own.items()}
     found = [
         {
@@ -183,7 +183,7 @@ def _stages(graph: DrawnGraph, used: Usage, own: dict[Key, str], anchor: str) ->
 
 
 def _from_ids(report: Report) -> Picture:
-    """Return the picture of a report without its system: each endpoint for itself, or for the participant that its id names."""
+    """Return the picture of a report without its system; the owners come from the ids of endpoints."""
     ends = {
         name: PicturedEnd(name, name.partition(f"/{role}/")[0], False, role, group.topic, group.protocol)
         for group in report.groups

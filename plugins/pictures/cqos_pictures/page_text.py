@@ -1,4 +1,4 @@
-"""Words and signs of the page that do not depend on colour."""
+"""Texts of the page: words and signs of verdicts, counts, sentences in pieces."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def symbol(verdict: Verdict | None) -> str:
 
 
 def state(*, wrong: bool) -> str:
-    """Return what the filter of the page reads of an entry."""
+    """Return the state of an entry for the filter of the page."""
     return "wrong" if wrong else "fine"
 
 
@@ -39,5 +39,5 @@ def text_pieces(text: str) -> list[dict[str, Any]]:
 
 
 def first_names(names: Sequence[str], most: int) -> list[str]:
-    """Return the first names, and how many more there are."""
+    """Return the first names, and the number of further ones."""
     return [*names[:most], *([f"and {len(names) - most:,} more"] if len(names) > most else [])]

@@ -24,9 +24,9 @@ MOST_PATHS: Final = 40
 
 
 def picture_of(report: Report, system: System, where: Context, runs: Sequence[Mapping[str, Any]] = ()) -> Picture:
-    """Return what pictures of a system show beside a report of it; at most `MOST_PATHS` pairs are explained.
+    """Return the picture of a system and its report, with at most `MOST_PATHS` explained pairs.
 
-    Those of the ``runs`` are shown that are of pairs of the system.
+    It includes the ``runs`` of pairs of the system.
     """
     pipeline = Pipeline(system, where)
     picture = ends_of(pipeline)

@@ -1,4 +1,4 @@
-"""The graph of a system as data for SVG: boxes, curves and arrowheads at their places, in pixels."""
+"""The graph of a system as data for SVG: boxes, curves and arrowheads in pixels."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LABELLED: Final = 30  # more lines than this have labels only where something i
 
 
 def svg_graph(graph: DrawnGraph, targets: Mapping[Key, str]) -> dict[str, Any]:
-    """Return the drawing; ``targets`` are the anchors that nodes lead to."""
+    """Return the drawing of a graph; ``targets`` has the anchors that nodes link to."""
     numbers = {node.key: number for number, node in enumerate(graph.nodes)}
     edges = {(numbers[line.source], numbers[line.target]): line for line in graph.lines}
     layout = layered([_ROOM[node.kind] for node in graph.nodes], edges)

@@ -83,12 +83,12 @@ def _requirement(path: RequirementPath) -> dict[str, Any] | None:
 
 
 def _limit(text: str) -> str:
-    """Return what is required beside the word itself."""
+    """Return the limit of a requirement, if it has one."""
     return "" if text in {"", "true"} else text
 
 
 def _steps(path: RequirementPath) -> Iterator[dict[str, Any]]:
-    """Yield what samples pass on their way: both ends, and topics and bridges between them."""
+    """Yield the steps of a path: both ends, and topics and bridges between them."""
     yield {"kind": "end", "text": path.publisher, "detail": "publisher", "verdict": "", "symbol": ""}
     for number, hop in enumerate(path.pair.hops, 1):
         verdict = {"verdict": WORDS[hop.verdict], "symbol": symbol(hop.verdict)}
@@ -118,7 +118,7 @@ def _losses(guarantee: Guarantee) -> list[tuple[str, str]]:
 
 
 def _proofs(guarantees: tuple[Guarantee, ...]) -> list[str]:
-    """Return what was seen on running middleware, and for what it was derived."""
+    """Return on which middleware guarantees were proven, and for which ones derived."""
     cells = [cell for each in guarantees for cell in each.cells]
     proven = dict.fromkeys(name for cell in cells for name in cell.proven)
     derived = dict.fromkeys(name for cell in cells for name in cell.derived)

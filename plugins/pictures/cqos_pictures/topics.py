@@ -1,4 +1,4 @@
-"""Topics and participants of the page: what each is about in one line, and its pairs, findings and ends below that."""
+"""Data of topics and participants for the page: a headline, and pairs, findings and endpoints below it."""
 
 from __future__ import annotations
 
