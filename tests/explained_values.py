@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def facts(
     system: System, of: str | None = None, *, packs: Iterable[RulePack] = (), beside: Participant | None = None
 ) -> dict[str, Fact]:
-    """What is explained of the values of an endpoint, the first where none is named, by policy; see `explained`."""
+    """Return what is explained of the values of an endpoint, the first where none is named, by policy; see `explained`."""
     end = next(each for each in system.endpoints if of in {None, each.id})
     return side(explained(system, end, packs=packs, beside=beside), end.role)
 
@@ -26,7 +26,7 @@ def facts(
 def explained(
     system: System, end: Endpoint, *, packs: Iterable[RulePack] = (), beside: Participant | None = None
 ) -> PairReport:
-    """An endpoint beside the first partner on its topic; where it has none, beside one that states nothing, of ``beside``."""
+    """Return an endpoint beside the first partner on its topic; where it has none, beside one that states nothing, of ``beside``."""
     partner = next((each for each in system.endpoints if each.role != end.role and each.topic == end.topic), None)
     if partner is None:
         role: Literal["publisher", "subscriber"] = "subscriber" if end.role == "publisher" else "publisher"
@@ -39,7 +39,7 @@ def explained(
 
 
 def rows(system: System, pack: RulePack, policies: Sequence[str]) -> dict[str, str]:
-    """The values of these policies of every endpoint, `?` for one that is not known or depends on peers."""
+    """Return the values of these policies of every endpoint, `?` for one that is not known or depends on peers."""
     found: dict[str, str] = {}
     for end in system.endpoints:
         report = explained(system, end)
@@ -56,13 +56,13 @@ def _known(policy: Policy, values: Mapping[str, Fact]) -> str:
 
 
 def side(report: PairReport, role: str) -> dict[str, Fact]:
-    """The values of one end of an explained pair, by policy."""
+    """Return the values of one end of an explained pair, by policy."""
     sides = ((each.policy, each.offered if role == "publisher" else each.requested) for each in report.policies)
     return {policy: fact for policy, fact in sides if fact is not None}
 
 
 def stated(found: Mapping[str, Fact]) -> dict[str, str]:
-    """The values among these that somebody stated, and that count."""
+    """Return the values among these that somebody stated, and that count."""
     unstated = ("default", "ignored by the middleware")
     return {policy: fact.value for policy, fact in found.items() if fact.origin not in unstated}
 
@@ -70,7 +70,7 @@ def stated(found: Mapping[str, Fact]) -> dict[str, str]:
 def profile_values(
     profile: str, *files: bytes | System, role: str = "publishes", topic: str = "t", protocol: str = "dds"
 ) -> dict[str, str]:
-    """What an endpoint of a system file gets from a profile of these files, by policy, where it is no default.
+    """Return what an endpoint of a system file gets from a profile of these files, by policy, where it is no default.
 
     A value that is not known is `unknown`, with the cause where a finding names it.
     """

@@ -1,4 +1,4 @@
-"""A small world to test the core in: a made-up protocol, and few words to build systems of it.
+"""A made-up protocol to test the core with, and functions that build systems of it.
 
 The protocol is the post. A writer offers how its letters to a box are treated, and a reader of the box requests it. The
 carrier of the letters is an option, as the middleware is in other protocols. It has a policy of every kind
@@ -202,7 +202,7 @@ RULES: Final = (
 
 
 def both_everywhere(left: tuple[str, ...], right: tuple[str, ...]) -> bool:
-    """Whether neither side names a street."""
+    """Return whether neither side names a street."""
     return not left and not right
 
 
@@ -240,7 +240,7 @@ POST: Final = RulePack(
 CONTEXT: Final = context([POST])
 
 
-# Words to build systems with
+# Functions that build systems
 
 
 def settings(**stated_values: Any) -> Settings:
@@ -251,7 +251,7 @@ def settings(**stated_values: Any) -> Settings:
 def endpoint(
     role: Role, topic: str | None, name: str, *profiles: str, more: Any = None, **stated_values: Any
 ) -> Endpoint:
-    """One endpoint; its participant is what stands before the first slash of its name; ``more`` are its other fields."""
+    """Return an endpoint; its participant is what stands before the first slash of its name; ``more`` are its other fields."""
     made = Endpoint(
         id=name,
         role=role,
@@ -264,17 +264,17 @@ def endpoint(
 
 
 def writer(topic: str | None, name: str = "writer", *profiles: str, more: Any = None, **stated_values: Any) -> Endpoint:
-    """A publisher."""
+    """Return a publisher."""
     return endpoint("publisher", topic, name, *profiles, more=more, **stated_values)
 
 
 def reader(topic: str | None, name: str = "reader", *profiles: str, more: Any = None, **stated_values: Any) -> Endpoint:
-    """A subscriber."""
+    """Return a subscriber."""
     return endpoint("subscriber", topic, name, *profiles, more=more, **stated_values)
 
 
 def world(*parts: Any, protocol: str | None = "post", options: dict[str, Any] | None = None, **fields: Any) -> System:
-    """A system of endpoints, participants, profiles and topics; participants not given are added."""
+    """Return a system of endpoints, participants, profiles and topics; participants not given are added."""
     system = System(name="world", protocol=protocol, **fields)
     system.options = {"post": settings(**(options or {}))}
     for part in parts:
@@ -293,37 +293,37 @@ def world(*parts: Any, protocol: str | None = "post", options: dict[str, Any] | 
 
 
 def participant(name: str, more: Any = None, **stated_values: Any) -> Participant:
-    """A participant with settings; ``more`` are its other fields."""
+    """Return a participant with settings; ``more`` are its other fields."""
     return replace(Participant(name, settings=settings(**stated_values)), **(more or {}))
 
 
 def profile(name: str, *base: str, **stated_values: Any) -> Profile:
-    """A profile, based on others."""
+    """Return a profile, based on others."""
     return Profile(name, settings(**stated_values), tuple(ProfileRef(each) for each in base))
 
 
 def box(name: str, external: bool = False, **stated_values: Any) -> Topic:
-    """What is stated about a topic."""
+    """Return a topic with what is stated about it."""
     return Topic(name, settings(**stated_values), external)
 
 
 def place(line: int, column: int | None = None) -> Place:
-    """A place in a file."""
+    """Return a place in a file."""
     return Place("world.yaml", line, column)
 
 
 def system_of_parts(*parts: Any, **fields: Any) -> System:
-    """A system, given as such or by its parts."""
+    """Return a system, given as such or by its parts."""
     return parts[0] if len(parts) == 1 and isinstance(parts[0], System) else world(*parts, **fields)
 
 
 def checked(*parts: Any, packs: Sequence[RulePack] = (POST,), **fields: Any) -> Report:
-    """The report on a system, or on the parts of one."""
+    """Return the report on a system, or on the parts of one."""
     return check(system_of_parts(*parts, **fields), packs=packs)
 
 
 def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,), **fields: Any) -> dict[str, Fact]:
-    """What `cqos explain` says of the values of an endpoint, the first where none is named, by policy.
+    """Return what `cqos explain` says of the values of an endpoint, the first where none is named, by policy.
 
     It is explained beside the first partner on its topic; where it has none, beside one that states nothing, in another town.
     """
@@ -332,12 +332,12 @@ def facts(*parts: Any, of: str | None = None, packs: Sequence[RulePack] = (POST,
 
 
 def codes(report: Report) -> list[str]:
-    """The codes of all findings, in order."""
+    """Return the codes of all findings, in order."""
     return [finding.code for finding in report.findings]
 
 
 def only(report: Report, code: str) -> Finding:
-    """The one finding with this code."""
+    """Return the one finding with this code."""
     found = [finding for finding in report.findings if finding.code == code]
     assert len(found) == 1, (
         f"{code} {len(found)} times; the report has {[str(f.code) + ' ' + f.message for f in report.findings]}"
@@ -353,7 +353,7 @@ def pair_system(
     topic: Mapping[str, SettingValue] = MappingProxyType({}),
     needs: Mapping[str, SettingValue] = MappingProxyType({}),
 ) -> System:
-    """The system of a publisher and a subscriber that `check_pair` judges by itself, with its arguments."""
+    """Return the system of a publisher and a subscriber that `check_pair` judges by itself, with its arguments."""
     about = settings(**topic)
     name = about.pop("name", Setting("topic")).text
     system = System(protocol=protocol, options={protocol: settings(**options)})

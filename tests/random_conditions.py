@@ -1,4 +1,4 @@
-"""Random sentences over the policies of `tests.made_up_protocol`, each with what it means, said in Python: an oracle."""
+"""Random conditions over the policies of `tests.made_up_protocol`, each with a Python function that computes its value: an oracle."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ INDEX: Final = {policy.name: index for index, policy in enumerate(POLICIES)}
 
 
 def values(given_values: dict[str, Any] | None = None, words: dict[str, Any] | None = None) -> tuple[Any, ...]:
-    """A tuple as `judge` takes it: every policy's value, then how it was written."""
+    """Return a tuple as `judge` takes it: every policy's value, then how it was written."""
     plain: list[Any] = [0, INFINITE, 10, 0, (), "", 0, SECOND, 0, 0, 0, 0]
     written: list[Any] = [None] * WORDS.size
     for name, value in (given_values or {}).items():
@@ -46,7 +46,7 @@ def values(given_values: dict[str, Any] | None = None, words: dict[str, Any] | N
 
 
 class Part(NamedTuple):
-    """A piece of a sentence, and its value for two endpoints; None for unknown."""
+    """A part of a condition, and its value for two endpoints; None for unknown."""
 
     node: Any
     value: Callable[[dict[str, Any], dict[str, Any]], Any]
@@ -56,7 +56,7 @@ class Part(NamedTuple):
 
 
 def joined(combine, *parts):
-    """The value of a combination, unknown where a part is."""
+    """Return a function for the value of a combination, unknown where a part is."""
 
     def value(a, b):
         found = [part.value(a, b) for part in parts]
@@ -66,10 +66,12 @@ def joined(combine, *parts):
 
 
 def constant(value, text=None):
+    """Return a literal, written as a text where one is given."""
     return Part(Literal(value if text is None else text), lambda a, b: value)
 
 
 def one_of_terms(policy):
+    """Return a strategy for a policy of the publisher, of the subscriber, or of the endpoint itself."""
     return st.sampled_from(
         [
             Part(offered(policy), lambda a, b: a[policy.name]),
@@ -80,16 +82,19 @@ def one_of_terms(policy):
 
 
 def clamped(number):
+    """Return a number that is at most infinite."""
     return min(number, INFINITE)
 
 
 def quotient(dividend, divisor):
+    """Return a quotient rounded up, unknown where it is not defined."""
     if divisor in {0, INFINITE}:
         return None
     return INFINITE if dividend == INFINITE else -(-dividend // divisor)
 
 
 def arithmetic(inner, factors):
+    """Return a strategy for sums, products, least and greatest of numbers."""
     return st.one_of(
         st.builds(lambda x, y: Part(x.node + y.node, joined(lambda i, j: clamped(i + j), x, y)), inner, inner),
         st.builds(lambda x, y: Part(x.node * y.node, joined(lambda i, j: clamped(i * j), x, y)), factors, inner),
@@ -132,10 +137,12 @@ ORDERS = {
 
 
 def has_term(part):
+    """Return whether a part reads any policy."""
     return any(isinstance(node, Term) for node in part.node.walk())
 
 
 def comparing(left, right, operators):
+    """Return a strategy for comparisons that read a policy."""
     return st.builds(
         lambda op, x, y: Part(Test(op, x.node, y.node), joined(ORDERS[op], x, y)),
         st.sampled_from(operators),
@@ -145,6 +152,8 @@ def comparing(left, right, operators):
 
 
 def contained(x, ys):
+    """Return the value of `in`: true as soon as one item is equal, unknown while an item is."""
+
     def value(a, b):
         sought, found = x.value(a, b), [y.value(a, b) for y in ys]
         if sought is not None and sought in found:
@@ -155,6 +164,8 @@ def contained(x, ys):
 
 
 def kleene_and(x, y):
+    """Return the value of a conjunction: false as soon as one side is."""
+
     def value(a, b):
         found = {x.value(a, b), y.value(a, b)}
         return False if False in found else None if None in found else True
@@ -163,14 +174,17 @@ def kleene_and(x, y):
 
 
 def kleene_not(x):
+    """Return the value of a negation, unknown where its part is."""
     return lambda a, b: None if x.value(a, b) is None else not x.value(a, b)
 
 
 def negated(part):
+    """Return a part and its value, both negated."""
     return Part(~part.node, kleene_not(part))
 
 
 def either(x, y):
+    """Return the disjunction of two parts."""
     return Part(x.node | y.node, kleene_not(Part(None, kleene_and(negated(x), negated(y)))))
 
 
@@ -200,6 +214,7 @@ simple = st.one_of(
 
 
 def larger(inner):
+    """Return a strategy for combinations of conditions."""
     return st.one_of(
         st.builds(lambda x, y: Part(x.node & y.node, kleene_and(x, y)), inner, inner),
         st.builds(either, inner, inner),
@@ -208,6 +223,7 @@ def larger(inner):
 
 
 def pair_of(policy, operators):
+    """Return a strategy for comparisons of both ends in one policy."""
     return st.builds(
         lambda op: Part(
             Test(op, offered(policy), requested(policy)), lambda a, b: ORDERS[op](a[policy.name], b[policy.name])
@@ -216,8 +232,8 @@ def pair_of(policy, operators):
     )
 
 
-sentences = st.recursive(simple, larger, max_leaves=4)
-pair_sentences = st.recursive(
+conditions = st.recursive(simple, larger, max_leaves=4)
+pair_conditions = st.recursive(
     st.sampled_from([CARE, SEALED, DELAY, COPIES]).flatmap(lambda policy: pair_of(policy, list(ORDERS))),
     larger,
     max_leaves=3,

@@ -25,7 +25,7 @@ from cqos_core.packs.pack_file import read_pack
 from cqos_core.packs.panel import Panel
 from cqos_core.packs.parts import Convention, Dialect, Preset, Timing
 from cqos_core.packs.rule import forbids, matched_if, requires
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 
 if TYPE_CHECKING:
     import random

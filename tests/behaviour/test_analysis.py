@@ -26,7 +26,7 @@ from cqos_core.model.flow import (
 )
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 from tests.command_process import run_here
 
 if TYPE_CHECKING:

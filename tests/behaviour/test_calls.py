@@ -12,7 +12,7 @@ import pytest
 import cqos_core as cqos
 from cqos_core.files.check_units import check_units
 from cqos_core.files.path_loader import load_paths
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 from tests.behaviour.test_cases import cases, reported
 from tests.oracle.wild_models import wild_model
 

@@ -52,7 +52,7 @@ def findings_in(text):
     return [block.splitlines() for block in text.split("\n\n") if block.startswith(heads)]
 
 
-def hold_the_law(report, sources):
+def assert_short_and_complete(report, sources):
     """Every finding is short, and nothing that is wrong is out of reach."""
     style = style_of(sources, listed=True)
     text = render_text(report, style)
@@ -74,7 +74,7 @@ def hold_the_law(report, sources):
 @pytest.mark.parametrize("path", SYSTEMS)
 def test_each_finding_of_an_example_is_short_and_none_is_out_of_reach(path):
     if (done := checked(path)) is not None:
-        hold_the_law(*done)
+        assert_short_and_complete(*done)
 
 
 @pytest.mark.explored
@@ -85,7 +85,7 @@ def test_each_finding_of_a_case_is_short_and_none_is_out_of_reach(path):
     firsts = {case.content["expect"]: case for case in reversed(cases)}
     for case in cases if EXPLORE else firsts.values():
         result = judge_case(case)
-        hold_the_law(Report(result.verdict, findings=tuple(result.findings)), {})
+        assert_short_and_complete(Report(result.verdict, findings=tuple(result.findings)), {})
 
 
 def test_the_first_screen_of_many_findings_is_a_summary():

@@ -202,7 +202,7 @@ def test_callers_without_credentials_are_named_by_their_address(peer, name):
 # --- with processes that really call ---
 
 
-class Crowd:
+class CallerProcess:
     """A caller in a process of its own."""
 
     def __init__(self, service, kind, number):
@@ -266,7 +266,7 @@ class Crowd:
     ids=["documents and models", "pairs", "sessions"],
 )
 def test_one_who_asks_for_little_is_served_between_those_who_ask_for_much(service, greedy, modest, at_most):
-    many, few = Crowd(service, *greedy), Crowd(service, *modest)
+    many, few = CallerProcess(service, *greedy), CallerProcess(service, *modest)
     try:
         few._wait_for(1)
         many.begin()
@@ -314,7 +314,7 @@ def test_one_caller_has_its_share_of_sessions_and_no_more(narrow):
             with pytest.raises(ServiceError, match="one caller may have 2 of the 4 sessions") as raised:
                 third.report()
             assert raised.value.code == "RESOURCE_EXHAUSTED"
-            elsewhere = Crowd(narrow, "drawing", 3)
+            elsewhere = CallerProcess(narrow, "drawing", 3)
             try:
                 elsewhere.begin()
                 assert [answer for _, answer in elsewhere.done()] == ["OK"] * 3
