@@ -13,7 +13,7 @@ from cqos_core.api import read as read
 from cqos_core.api import repair as repair
 from cqos_core.api import suggest as suggest
 from cqos_core.checking.session import Session as Session
-from cqos_core.files.applying import Edited as Edited
+from cqos_core.files.edited_files import Edited as Edited
 from cqos_core.language.values import INFINITE as INFINITE
 from cqos_core.model.changes import Changes as Changes
 from cqos_core.model.changes import Counts as Counts

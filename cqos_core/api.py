@@ -11,9 +11,10 @@ from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import check_pair, pack_is_there
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.loading import load_paths
-from cqos_core.files.merging import merge
-from cqos_core.files.reading import Input, faults, faults_of, read, source_of
+from cqos_core.files.inputs import Input, read, source_of
+from cqos_core.files.path_loader import load_paths
+from cqos_core.files.system_faults import faults, faults_of
+from cqos_core.files.system_merge import merge
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import CheckContext, context, with_options
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.analysis.plan import RepairPlan
-    from cqos_core.files.applying import Edited
+    from cqos_core.files.edited_files import Edited
     from cqos_core.model.finding import Remedy
     from cqos_core.model.report import PairReport, Report
     from cqos_core.model.system_diff import Diff
@@ -81,7 +82,7 @@ def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, im
     Raises:
         InputError: an input cannot be read.
     """
-    from cqos_core.files.applying import apply_edits, opened_sources
+    from cqos_core.files.edited_files import apply_edits, opened_sources
 
     each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
     edits = [edit for fix in fixes for edit in ((fix,) if isinstance(fix, Edit) else fix.edits)]
@@ -157,7 +158,7 @@ def _texts_of(
     packs: Sequence[RulePack],
 ) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System], CheckContext]:
     """Return the texts of inputs by name, a function that reads them again with other texts, and the context of a check."""
-    from cqos_core.files.applying import read_texts
+    from cqos_core.files.source_reader import read_texts
 
     where = context(packs, protocol)
     given = _by_pack(options, where, packs)

@@ -12,7 +12,7 @@ import sys
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
-from cqos_core.files.ignoring import patterns
+from cqos_core.files.ignore_patterns import read_ignore_patterns
 from cqos_core.importers.document_form import Form, Key, OneOrMore, SettingsMap
 from cqos_core.importers.source_reading import SourceReading, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from cqos_core.files.ignoring import Patterns
+    from cqos_core.files.ignore_patterns import IgnorePatterns
     from cqos_core.importers.document_form import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.model.settings import Settings
@@ -95,7 +95,7 @@ class Config:
     checks: tuple[TeamRule, ...] = ()
     accept: tuple[Acceptance, ...] = ()
     packs: tuple[str, ...] = ()
-    exclude: tuple[Patterns, ...] = ()
+    exclude: tuple[IgnorePatterns, ...] = ()
     show: tuple[str, ...] = ()
     fail_on: str | None = None
     format: str | None = None
@@ -272,8 +272,8 @@ def _config(path: str, data: bytes, entry: Entry) -> Config:
     )
 
 
-def _excluded(lines: Sequence[str], folder: Path) -> tuple[Patterns, ...]:
-    return (patterns(lines, str(folder)),) if lines else ()
+def _excluded(lines: Sequence[str], folder: Path) -> tuple[IgnorePatterns, ...]:
+    return (read_ignore_patterns(lines, str(folder)),) if lines else ()
 
 
 # From TOML to a tree

@@ -39,7 +39,7 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.analysis.pair_judge import pair_system, stated_pairs
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.reading import read
+from cqos_core.files.inputs import read
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, Severity, Verdict

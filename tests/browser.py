@@ -1,4 +1,4 @@
-"""What tests of pages share: how Chromium starts, how long it may take, what a missing one means."""
+"""How tests of pages start Chromium, how long they wait, and what they do without it."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ WAIT = 90_000
 
 
 def missing(what: str) -> NoReturn:
-    """A missing component is a skip on a laptop, and a failure where CI runs."""
+    """Skip the test because a component is missing; where CI runs, fail it."""
     if os.environ.get("CI") == "true":
         pytest.fail(f"{what} is missing")
     pytest.skip(f"{what} is missing")
 
 
 def chromium() -> str:
-    """The program of the browser."""
+    """Return the path of the browser."""
     found = next(filter(None, map(shutil.which, PROGRAMS)), None)
     return missing("Chromium") if found is None else found
 
 
 @cache
 def axe() -> str:
-    """The script of axe-core, which comes with the build of the page."""
+    """Return the script of axe-core, which comes with the build of the page."""
     file = Path(__file__).parents[1] / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
     if not file.is_file():
         missing("axe-core")
@@ -57,7 +57,7 @@ _OF_COLORS = ["color-contrast", "link-in-text-block"]
 
 
 def violations(page: Page, where: str = "html") -> list[tuple[str, str, object]]:
-    """What axe finds in a part of a page, in both themes; the page is light before and after."""
+    """Return what axe finds in a part of a page, in both themes; the page is light before and after."""
     if not page.evaluate("'axe' in window"):
         page.evaluate(axe())
     found: list[tuple[str, str, object]] = []

@@ -18,7 +18,7 @@ THREAD = ThreadPoolExecutor(1, thread_name_prefix="browser")
 
 
 def is_in_thread() -> bool:
-    """Whether this is the thread of the browser."""
+    """Return whether this is the thread of the browser."""
     return threading.current_thread().name.startswith("browser")
 
 

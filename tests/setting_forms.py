@@ -33,7 +33,7 @@ _DEEPEST, _LONGEST = 3, 400
 
 
 def holds(value: Any, depth: int = 0) -> bool:
-    """Whether a value is the marked text or number, or a collection with it."""
+    """Return whether a value is the marked text or number, or a collection with it."""
     if isinstance(value, (str, int)):
         return value in {TEXT, VALUE} and not isinstance(value, bool)
     if depth == _DEEPEST or not isinstance(value, (tuple, list, set, frozenset, dict)) or len(value) > _LONGEST:

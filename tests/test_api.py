@@ -25,7 +25,7 @@ from cqos_core.language.parser import parse
 from cqos_core.language.values import INFINITE
 from cqos_core.language.vocabulary import Function
 from cqos_core.packs.rule import requires
-from tests.worlds import POST, RULES, checked, codes, only, participant, reader, world, writer
+from tests.made_up_protocol import POST, RULES, checked, codes, only, participant, reader, world, writer
 
 FILE = """\
 cqos: 1

@@ -18,8 +18,8 @@ from cqos_core.language.policy import Policy
 from cqos_core.language.values import INFINITE, MAXIMUM_WORLDS, Anything, Depends, WrittenValue, in_world
 from cqos_core.language.vocabulary import Function, Vocabulary, role_of, scope_of
 from cqos_core.model.problems import ConditionError, PackError
-from tests.sentences import DOMAINS, INTERVALS, SECOND, WORDS, known, sentences, values
-from tests.worlds import CARRIER, DELAY, POLICIES
+from tests.made_up_protocol import CARRIER, DELAY, POLICIES
+from tests.random_conditions import DOMAINS, INTERVALS, SECOND, WORDS, conditions, known, values
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -104,10 +104,10 @@ def test_a_stated_value_differs_from_an_equal_default():
         assert here.judge(b, values()).result is False
 
 
-# An oracle: every generated sentence comes with what it means (`tests.sentences`)
+# An oracle: every generated sentence comes with what it means (`tests.random_conditions`)
 
 
-@given(sentences, known, known, st.sampled_from(INTERVALS))
+@given(conditions, known, known, st.sampled_from(INTERVALS))
 def test_both_forms_mean_what_the_oracle_says(sentence, a, b, interval_value):
     a, b = {**a, "interval": interval_value}, {**b, "interval": interval_value}
     bound = bind(sentence.node, WORDS)
@@ -117,7 +117,7 @@ def test_both_forms_mean_what_the_oracle_says(sentence, a, b, interval_value):
     assert bound.plain(*sides, Signal()) == bound.open(*sides, Signal())
 
 
-@given(sentences)
+@given(conditions)
 def test_a_sentence_read_from_text_means_the_same(sentence):
     for text in ("a", "ab"):
         sides = values({"stamp": text, "care": 1}), values({"copies": 1, "delay": SECOND})
@@ -153,7 +153,7 @@ def possibilities(name, value, world):
     return DOMAINS[name] if isinstance(value, Anything) else [value]
 
 
-@given(sentences, open_sides(), st.data())
+@given(conditions, open_sides(), st.data())
 def test_true_and_false_hold_whatever_the_unknown_turns_out_to_be(sentence, sides, data):
     """Sound: what is open is filled in with anything it may be, and the answer is never another one."""
     a, b = sides

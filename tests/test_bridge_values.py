@@ -10,7 +10,20 @@ import pytest
 
 from cqos_core import Bridge, Endpoint, InputError, Participant, Route, Session, explain
 from cqos_core.packs import NEEDS, RELAYED, WORDS, FromPeers, as_condition, gives, offered, requested
-from tests.worlds import CARE, COPIES, DELAY, POST, checked, codes, only, place, reader, settings, world, writer
+from tests.made_up_protocol import (
+    CARE,
+    COPIES,
+    DELAY,
+    POST,
+    checked,
+    codes,
+    only,
+    place,
+    reader,
+    settings,
+    world,
+    writer,
+)
 
 LATE_JOIN = requested(WORDS["late_join"].need)
 GUARANTEES = (

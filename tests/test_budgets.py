@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from cqos_core.api import check, context, read
-from cqos_core.behaviour.paths.budgets import budgets
+from cqos_core.behaviour.paths.budgets import budgets_of_system
 from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.cli.explain import explain
 from cqos_core.matching.pipeline import Pipeline
@@ -35,7 +35,7 @@ def changed(*changes):
 
 
 def spent(data):
-    return budgets(Pipeline(read(data), context()))
+    return budgets_of_system(Pipeline(read(data), context()))
 
 
 def reported(data):

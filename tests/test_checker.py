@@ -19,7 +19,7 @@ from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Acceptance, Bound, Endpoint, ImportNote, Overlay, Participant, TeamRule
 from cqos_core.packs.rule import forbids
 from cqos_core.packs.topic_matching import NameContext, Naming, TopicMatching
-from tests.worlds import (
+from tests.made_up_protocol import (
     CONTEXT,
     POLICIES,
     POST,

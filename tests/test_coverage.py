@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from cqos_core import InputError, Session, check, read
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.github import render_github
 from cqos_core.formatters.json_report import report_from_json
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.markdown import render_markdown
+from cqos_core.formatters.multi_system import combined_report
 from cqos_core.formatters.sarif import render_sarif
-from cqos_core.formatters.several import together
 from cqos_core.model.coverage import Coverage
 from cqos_core.model.finding import Verdict, plural
 from cqos_core.model.report import Report
@@ -24,7 +24,7 @@ from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
 from cqos_core.model.system import Part
 from cqos_pictures.page import render_html
-from tests.command import run
+from tests.command_process import run
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
 
 ROOT = Path(__file__).parents[1]
@@ -144,13 +144,13 @@ def test_an_event_that_was_not_read_hides_no_endpoint_of_another_system():
         1, unclear=("Other",), unread=(Part("event", place=Place("a.bpmn", element="Other"), endpoints=0),)
     )
     parts = [Report(Verdict.COMPATIBLE, coverage=each) for each in (event, Coverage(1, unclear=("Other",)))]
-    told = [*wording.coverage(together(parts))]
+    told = [*phrases.coverage(combined_report(parts))]
     assert told[1:] == ["not read: event (a.bpmn)", "not known whole: `Other`"]
 
 
 def test_a_report_without_endpoints_says_that_it_has_none():
     report = Report(Verdict.UNKNOWN, coverage=Coverage(unread=(Part("file", "a.launch", endpoints=0),)))
-    assert [*wording.coverage(report)] == ["coverage: no endpoint was read", "not read: file `a.launch`"]
+    assert [*phrases.coverage(report)] == ["coverage: no endpoint was read", "not read: file `a.launch`"]
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_a_report_without_endpoints_says_that_it_has_none():
 )
 def test_several_parts_of_a_kind_are_counted_in_english(noun, many):
     report = Report(Verdict.COMPATIBLE, coverage=Coverage(unread=(Part(noun, "a"), Part(noun, "b"))))
-    assert wording.not_read(report) == [f"2 {many}"]
+    assert phrases.not_read(report) == [f"2 {many}"]
     assert plural(1, noun) == f"1 {noun}"
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.packs import Policy, Text
-from tests.worlds import POST, box, participant, profile, reader, world, writer
+from tests.made_up_protocol import POST, box, participant, profile, reader, world, writer
 
 SEEN = {"observed": True}
 

@@ -29,7 +29,7 @@ import pytest
 
 from cqos_core.language import expression
 from cqos_core.language.parser import parse
-from tests.command import Done, run, run_here
+from tests.command_process import Done, run, run_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -4,8 +4,8 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core import Edit, Place
-from cqos_core.files.editing import insert
-from cqos_core.files.edits import edited
+from cqos_core.files.text_edits import edited_text
+from cqos_core.files.yaml_edits import insert
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins, named
 
@@ -13,7 +13,7 @@ insert_bpmn = named(load_plugins().importers["bpmn"].inserter)
 
 
 def change(text, *edits, inserter=insert):
-    made = edited(Source("s", text.encode()), edits, lambda: inserter)
+    made = edited_text(Source("s", text.encode()), edits, lambda: inserter)
     return made.data.decode(), [reason for _, reason in made.left]
 
 
@@ -109,7 +109,7 @@ def test_of_two_edits_of_one_text_one_is_left():
 def test_the_encoding_of_a_file_stays():
     data = "t: plain # ü\n".encode("utf-16")
     source = Source("s", data)
-    made = edited(source, [replace(1, 4, "plain", "signed")], lambda: None)
+    made = edited_text(source, [replace(1, 4, "plain", "signed")], lambda: None)
     assert made.data.decode("utf-16") == "t: signed # ü\n"
 
 

@@ -46,7 +46,7 @@ from cqos_core.language.expression import (
 )
 from cqos_core.language.parser import MAXIMUM_TEXT, parse, parse_value
 from cqos_core.model.problems import ConditionError
-from tests.worlds import CARE, COPIES, DELAY, INTERVAL, RULES, SEALED, STAMP, STREETS
+from tests.made_up_protocol import CARE, COPIES, DELAY, INTERVAL, RULES, SEALED, STAMP, STREETS
 
 # The manual: how a sentence is built, and how it is written
 

@@ -6,7 +6,7 @@ import pytest
 
 from cqos_core.api import check
 from cqos_core.formatters.json_report import report_from_json
-from cqos_core.formatters.wording import fix
+from cqos_core.formatters.phrases import fix
 
 STORE = """
 cqos: 1

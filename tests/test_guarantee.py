@@ -14,7 +14,7 @@ from cqos_core.packs import LINK, NEEDS, RELAYED, WORDS, Unaffected, gives, offe
 from cqos_core.packs.guarantee import FAULTS, SURVIVES
 from cqos_dds.pack import PACK as DDS
 from cqos_ros2.pack import PACK as ROS2
-from tests.worlds import CARE, DELAY, POST, codes, only, pair_system, reader, settings, world, writer
+from tests.made_up_protocol import CARE, DELAY, POST, codes, only, pair_system, reader, settings, world, writer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -3,9 +3,9 @@
 import pytest
 
 from cqos_core import ProfileRef, Scope, Session, check
-from cqos_core.files.merging import merge
+from cqos_core.files.system_merge import merge
+from tests.made_up_protocol import POST, reader, world, writer
 from tests.test_profile_scopes import profile, ref
-from tests.worlds import POST, reader, world, writer
 
 ALIKE = profile("alike", care="signed")
 APART = (

@@ -5,10 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.files import opening
-from cqos_core.files.ignoring import patterns
-from cqos_core.files.loading import load_paths, read_source, recognise
-from cqos_core.files.opening import File, find_files, read_path
+from cqos_core.files import source_files
+from cqos_core.files.file_search import File, find_files
+from cqos_core.files.ignore_patterns import read_ignore_patterns
+from cqos_core.files.importer_choice import recognise
+from cqos_core.files.path_loader import load_paths
+from cqos_core.files.source_files import read_path
+from cqos_core.files.source_reader import read_source
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
@@ -71,7 +74,7 @@ def test_an_unreadable_path_is_reported_with_the_reason(folder, path, reason):
 
 
 def test_a_file_that_never_ends_is_refused(monkeypatch):
-    monkeypatch.setattr(opening, "_MAXIMUM_BYTES", 1000)
+    monkeypatch.setattr(source_files, "_MAXIMUM_BYTES", 1000)
     (problem,) = problems_of(read_path, "/dev/zero")
     assert problem.code == "CQ002"
     assert len(read_path("/dev/zero", 10).data) == 10
@@ -144,7 +147,7 @@ def test_generated_and_ignored_files_are_not_read(tmp_path, monkeypatch):
         **{".gitignore": "# comment\n*_test.yaml\n!kept_test.yaml\n", "pkg/.gitignore": "/secret/\ndeep/**/b.yaml\n"},
     )
     monkeypatch.chdir(tmp_path)
-    found = find_files(["."], load_plugins(), None, [patterns(["old/"], ".")])
+    found = find_files(["."], load_plugins(), None, [read_ignore_patterns(["old/"], ".")])
     assert [file.path for file in found.files] == ["./pkg/c.yaml", "./pkg/kept_test.yaml"]
     assert sorted(found.not_searched) == [
         *("./build", "./log", "./old", "./pkg/install", "./pkg/secret", "./web/node_modules"),
@@ -181,4 +184,4 @@ def test_what_is_ignored_above_a_folder_holds_in_it_as_far_as_the_repository_goe
     ],
 )
 def test_patterns_are_those_of_gitignore(pattern, path, excluded, tmp_path):
-    assert patterns([pattern], str(tmp_path)).decide(str(tmp_path / path), is_folder=False) is excluded
+    assert read_ignore_patterns([pattern], str(tmp_path)).decide(str(tmp_path / path), is_folder=False) is excluded

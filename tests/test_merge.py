@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from cqos_core.api import check
-from cqos_core.files.loading import GivenSource, read_together
-from cqos_core.files.merging import merge
-from cqos_core.files.opening import SentFiles
+from cqos_core.files.source_files import SentFiles
+from cqos_core.files.source_reader import GivenSource, read_together
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import Source
 from cqos_core.model.system import Acceptance, Bridge, Broker, Overlay, Participant, Route, System, TeamRule
-from tests.worlds import POST, box, codes, only, participant, place, profile, reader, settings, world, writer
+from tests.made_up_protocol import POST, box, codes, only, participant, place, profile, reader, settings, world, writer
 
 
 def said(system: System) -> list[str]:

@@ -6,7 +6,7 @@ import pytest
 
 from cqos_core import Overlay, Place, Setting, Verdict
 from cqos_core.packs import TopicMatching
-from tests.worlds import POST, checked, codes, facts, only, reader, world, writer
+from tests.made_up_protocol import POST, checked, codes, facts, only, reader, world, writer
 
 
 def overlay(more=None, **stated):

@@ -21,8 +21,8 @@ from cqos_core.packs.presets import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
 from cqos_core.packs.validation import KEPT
 from cqos_core.plugins import load_plugins
-from tests.worlds import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
-from tests.worlds import checked as check_parts
+from tests.made_up_protocol import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
+from tests.made_up_protocol import checked as check_parts
 
 # What a pack says of itself
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.parser import parse
 from cqos_core.language.policy import Derived, PerRole, Policy, by_option
@@ -26,7 +26,7 @@ from cqos_core.packs.presets import Convention, Dialect, Preset
 from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.rule import forbids, matched_if, requires
 from cqos_core.packs.timing import Timing
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 
 if TYPE_CHECKING:
     import random

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.files.loading import default_protocol
+from cqos_core.files.importer_choice import default_protocol
 from cqos_core.model.problems import MissingError
 from cqos_core.plugins import (
     KINDS,
@@ -22,7 +22,7 @@ from cqos_core.plugins import (
     load_from,
     load_plugins,
 )
-from tests.plugins.installing import install
+from tests.plugins.distributions import install
 
 HOOK = """
 from cqos_core.plugins import *

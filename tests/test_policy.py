@@ -14,7 +14,7 @@ from cqos_core.language.policy import Policy
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, is_plain, normalise
 from cqos_core.model.problems import InvalidValueError
 from tests.growth.linear import assert_linear
-from tests.worlds import CARE, COPIES, DELAY, STAMP, STREETS
+from tests.made_up_protocol import CARE, COPIES, DELAY, STAMP, STREETS
 
 SECOND = 1_000_000_000
 NEVER = 2**63 - 1  # written out here: it is what other programs store

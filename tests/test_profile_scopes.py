@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from cqos_core import Place, Profile, ProfileRef, Scope, Session
-from cqos_core.files.design import design_of
-from cqos_core.files.merging import merge
+from cqos_core.files.system_merge import merge
+from cqos_core.files.yaml_design import design_of
 from cqos_core.packs.export import ExportContext
-from tests.worlds import CONTEXT, POST, checked, facts, reader, settings, world, writer
+from tests.made_up_protocol import CONTEXT, POST, checked, facts, reader, settings, world, writer
 
 SENDER, BOX = "sender", "box"
 

@@ -26,7 +26,7 @@ from cqos_core import (
 from cqos_core.model.settings import EVERY_OTHER
 from cqos_core.model.suggestions import suggestion
 from cqos_core.packs import Choice, Count, Flag, Policy, RulePack, Text, by_option, forbids, parse, requires, stated
-from tests.worlds import (
+from tests.made_up_protocol import (
     CARRIER,
     DELAY,
     POLICIES,

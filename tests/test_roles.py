@@ -13,7 +13,7 @@ from cqos_core.model.problems import PackError
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, System, TeamRule
 from cqos_core.packs.rule import forbids, requires
-from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, place, reader, world, writer
+from tests.made_up_protocol import POST, RETURNED, SEALED, checked, codes, only, place, reader, world, writer
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition

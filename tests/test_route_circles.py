@@ -7,12 +7,12 @@ from itertools import product
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.test_bridging import bridged, check, end
 
 from cqos_core import Bridge, Participant, Route
 from cqos_core.model.common_texts import Allowed, common_text
 from cqos_core.model.re2_patterns import any_name_matcher
-from tests.worlds import codes, only, place, settings
+from tests.made_up_protocol import codes, only, place, settings
+from tests.test_bridge_values import bridged, check, end
 
 TOWNS = ("1", "2", "3")
 TOPICS = ("*", "a/*", "b/*", "a/a/*", "*/c", "a/c", "b/c")

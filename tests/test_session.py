@@ -27,7 +27,7 @@ from cqos_core.model.system import (
 )
 from cqos_core.packs import forbids, parse
 from tests.effort import EXAMPLES
-from tests.worlds import POST
+from tests.made_up_protocol import POST
 
 PARTICIPANTS = ("a", "b", "c")
 TOPICS = ("scan", "/scan", "Scan", "map", "/tf_static", "bad name")

@@ -12,7 +12,7 @@ from cqos_core.api import check
 from cqos_core.language.domains import Choice, Duration
 from cqos_core.language.policy import Policy
 from cqos_core.language.values import COMBINATIONS, FromPeers
-from tests.worlds import POLICIES, POST, RULES, checked, codes, facts, only, participant, reader, writer
+from tests.made_up_protocol import POLICIES, POST, RULES, checked, codes, facts, only, participant, reader, writer
 
 
 def settled(*parts: Any, policy: str = "care", of: str = "r", packs: Any = (POST,), **fields: Any) -> str:

@@ -12,8 +12,8 @@ from cqos_core.language.binder import bind
 from cqos_core.language.parser import parse
 from cqos_core.language.solutions import solutions
 from cqos_core.language.values import INFINITE, Anything, Depends
-from tests.sentences import DOMAINS, SECOND, WORDS, known, pair_sentences, sentences, values
-from tests.worlds import POLICIES
+from tests.made_up_protocol import POLICIES
+from tests.random_conditions import DOMAINS, SECOND, WORDS, conditions, known, pair_conditions, values
 
 UNKNOWN = Anything("nobody knows")
 
@@ -133,7 +133,7 @@ def holds(sentence, a, b):
     return sentence.value({**a, "interval": SECOND}, {**b, "interval": SECOND})
 
 
-@given(sentences, known, known, st.booleans(), st.booleans())
+@given(conditions, known, known, st.booleans(), st.booleans())
 def test_every_change_returned_does_what_it_says(sentence, a, b, second, want):
     """The oracle evaluates each change, so no fix is ever offered that does not work."""
     bound = bind(sentence.node, WORDS)
@@ -151,7 +151,7 @@ def test_every_change_returned_does_what_it_says(sentence, a, b, second, want):
             assert holds(sentence, left, right) is want
 
 
-@given(pair_sentences, known, known, st.booleans())
+@given(pair_conditions, known, known, st.booleans())
 def test_where_there_are_few_values_the_nearest_is_found_if_there_is_one(sentence, a, b, second):
     bound = bind(sentence.node, WORDS)
     want = not holds(sentence, a, b)

@@ -8,7 +8,7 @@ from cqos_core import check
 from cqos_core.analysis.system_fixes import fix_system
 from cqos_core.model.finding import Severity
 from cqos_core.model.system import Acceptance
-from tests.worlds import CONTEXT, POST, reader, world, writer
+from tests.made_up_protocol import CONTEXT, POST, reader, world, writer
 
 
 def errors(system):

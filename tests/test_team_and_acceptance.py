@@ -10,7 +10,7 @@ import pytest
 
 from cqos_core import Acceptance, Bound, Participant, TeamRule, read
 from cqos_core.packs import Flag, Policy, Preset, RulePack, define, forbids
-from tests.worlds import (
+from tests.made_up_protocol import (
     CARE,
     DELAY,
     POST,

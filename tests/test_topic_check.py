@@ -12,7 +12,7 @@ import pytest
 
 from cqos_core import Endpoint, Participant, Severity, Verdict
 from cqos_core.packs import Function, call, offered, requested, requires
-from tests.worlds import (
+from tests.made_up_protocol import (
     CARE,
     COPIES,
     POST,

@@ -8,7 +8,7 @@ from typing import Any
 
 from cqos_core import Acceptance, explain
 from cqos_core.packs import by_option
-from tests.worlds import POST, checked, only, participant, reader, world, writer
+from tests.made_up_protocol import POST, checked, only, participant, reader, world, writer
 
 SIGNED = reader("a", "r", care="signed")
 

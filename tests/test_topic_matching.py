@@ -24,7 +24,7 @@ from cqos_core.packs import (
     requested,
     requires,
 )
-from tests.worlds import POST, checked, codes, only, participant, profile, reader, settings, world, writer
+from tests.made_up_protocol import POST, checked, codes, only, participant, profile, reader, settings, world, writer
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -168,7 +168,7 @@ def test_a_broker_of_another_protocol_is_nobodys_here():
 
 
 def test_settings_of_a_broker_from_several_sources_add_up():
-    from cqos_core.files.merging import merge
+    from cqos_core.files.system_merge import merge
 
     one = world(writer("box"), brokers={"main": Broker("main", "post", {"limit": Setting("1")})})
     two = world(reader("box"), brokers={"main": Broker("main", "post", profiles=(ProfileRef("small"),))})

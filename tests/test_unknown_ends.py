@@ -9,7 +9,7 @@ from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.model.system import ImportNote
 from cqos_core.packs.rule import forbids, requires
 from cqos_core.packs.rule_docs import as_text, rule_page
-from tests.worlds import CARE, POST, RETURNED, checked, reader, world, writer
+from tests.made_up_protocol import CARE, POST, RETURNED, checked, reader, world, writer
 
 
 def test_an_error_of_the_importer_about_an_endpoint_leaves_its_pairs_unknown():
@@ -142,7 +142,7 @@ def not_read(line: int, code: str = "CQ040") -> ImportNote:
 def test_a_pair_names_what_its_importer_did_not_read(notes, told):
     """What an importer reports stands at a value, or somewhere; a pair that it leaves open has a cause in any case."""
     unread = Setting("", Place("file", 3), unknown="it is not read", reported="CQ040")
-    ends = {"publisher": unread, "subscriber": Setting("reliable")}
+    ends: dict[Role, Setting] = {"publisher": unread, "subscriber": Setting("reliable")}
     system = System(protocol="ros2", notes=notes)
     for role, reliability in ends.items():
         system.participants[role] = Participant(role)

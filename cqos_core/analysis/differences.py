@@ -11,7 +11,7 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.files.exporting import judged
+from cqos_core.files.export import export_input
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.peer_values import settled_profiles
@@ -24,7 +24,7 @@ from cqos_core.resolving.finding_facts import fact
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.files.exporting import Judged
+    from cqos_core.files.export import ExportEndpoint
     from cqos_core.language.values import Plain, Value
     from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.system import System
@@ -43,7 +43,7 @@ _Slot: TypeAlias = tuple[str, str, str]
 class _End(NamedTuple):
     """An endpoint with the values it has after settling."""
 
-    judged: Judged
+    judged: ExportEndpoint
     profiles: tuple[QosProfile, ...]
     named: Named
     slot: _Slot
@@ -115,7 +115,7 @@ def _known(
 ) -> _KnownValues:
     """Sort the endpoints and topics of a system; endpoints without a pack are not compared."""
     plain = _without_variants(system, context)
-    endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
+    endpoints = export_input(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
     profiles: dict[int, QosProfile] = {}
     for members in endpoints_by_topic(part for each in endpoints for part in each.parts).values():
         profiles |= settled_profiles(members)
@@ -156,7 +156,7 @@ def _bare(topic: str) -> str:
     return topic.lstrip("/")
 
 
-def _end(each: Judged, known: Mapping[int, QosProfile]) -> _End:
+def _end(each: ExportEndpoint, known: Mapping[int, QosProfile]) -> _End:
     first, stated = each.parts[0], each.endpoint
     address = first.pack.topic_matching.address(stated.participant, first.participant.texts)
     kind = stated.role if stated.kind == "message" else stated.kind

@@ -6,9 +6,9 @@ from dataclasses import replace
 from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
-from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
-from cqos_core.behaviour.timers import mean_periods
+from cqos_core.behaviour.findings import UNMET, findings_of, flow_model_of
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, DeliveryPaths, repetition
+from cqos_core.behaviour.timer_findings import mean_periods
 from cqos_core.checking.assumptions import assumptions
 from cqos_core.checking.checker import check_system, import_findings, participant_findings
 from cqos_core.checking.findings import draft_finding, one_per_cause
@@ -75,7 +75,7 @@ def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Res
 
 def explain_in_pipeline(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     """Explain one pair of a system on its way; see `explain_pair`."""
-    report, drawn = _explained(pipeline, publisher, subscriber), drawn_by(pipeline)
+    report, drawn = _explained(pipeline, publisher, subscriber), flow_model_of(pipeline)
     if drawn is None:
         return report
     behaviour = with_judged_fixes(findings_of(drawn, pipeline.system), pipeline.topics)
@@ -94,7 +94,7 @@ def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairRepor
     pair = _found(pipeline, publisher, subscriber)
     if not pipeline.hops:
         return pair.report()
-    arrivals = Arrivals(pipeline.hops, pipeline.topics)
+    arrivals = DeliveryPaths(pipeline.hops, pipeline.topics)
     offering, requesting = pair.offering, pair.requesting
     strangers = offering.pack is requesting.pack and failed_match_conditions(offering.profile, requesting.profile)
     way = arrivals.ways(offering).get(requesting.id) if pair.everybody is None or strangers else None
@@ -115,7 +115,9 @@ def settled_pair(system: System, publisher: str, subscriber: str, where: CheckCo
     return pair.topic, pipeline.resolver
 
 
-def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolved, arrivals: Arrivals) -> PairReport:
+def _with_repetition(
+    report: PairReport, offering: Resolved, requesting: Resolved, arrivals: DeliveryPaths
+) -> PairReport:
     """Tell of a pair, or a way, that its samples arrive over another way too."""
     found = arrivals.repeats(offering).get(requesting.id)
     if found is None:

@@ -8,7 +8,7 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity
 
 if TYPE_CHECKING:
-    from cqos_core.files.applying import Edited
+    from cqos_core.files.edited_files import Edited
     from cqos_core.model.finding import Edit, Finding
     from cqos_core.model.report import Report
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.explanation import explain_pair, settled_pair
 from cqos_core.analysis.system_fixes import with_setting
-from cqos_core.files.exporting import judged
+from cqos_core.files.export import export_input
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
@@ -81,7 +81,7 @@ class Trial:
 
 def named(system: System, where: CheckContext) -> System:
     """Return a system whose endpoints have the ids that reports give them, so that fixes find them."""
-    endpoints = judged(system, ExportContext(where.find_pack, where.default_protocol)).endpoints
+    endpoints = export_input(system, ExportContext(where.find_pack, where.default_protocol)).endpoints
     return replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from cqos_core.checking.checker import check_system
-from cqos_core.files.exporting import judged
+from cqos_core.files.export import export_input
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity
@@ -61,7 +61,7 @@ def fix_system(system: System, context: CheckContext, wanted: Wanted, *, weaken:
 
     It checks the system again after each round, so an error that one remedy fixes needs no second one.
     """
-    endpoints = judged(system, ExportContext(context.find_pack, context.default_protocol)).endpoints
+    endpoints = export_input(system, ExportContext(context.find_pack, context.default_protocol)).endpoints
     # An endpoint of several topics, such as a service, has one setting for all of them.
     alone = {each.id for each in endpoints if each.whole is not None}
     policies = {

@@ -1,29 +1,29 @@
-"""All that control flow says about time, of one system."""
+"""The analyses of the control flow of one system."""
 
 from __future__ import annotations
 
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.counting import Counting, added, is_single
-from cqos_core.behaviour.graph import joined
-from cqos_core.behaviour.order import Order
-from cqos_core.behaviour.reach import reached, single_events
+from cqos_core.behaviour.event_order import Order
+from cqos_core.behaviour.event_rates import EventRates, is_single, sum_of_rates
+from cqos_core.behaviour.graph import joined_graph
+from cqos_core.behaviour.reachability import ReachableEvents, reachable_events, single_events
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence
 
-    from cqos_core.behaviour.counting import Rate
+    from cqos_core.behaviour.event_rates import Rate
     from cqos_core.behaviour.graph import Graph, Wiring
-    from cqos_core.behaviour.reach import Reached, SingleEvents
+    from cqos_core.behaviour.reachability import SingleEvents
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3
-"""How often what may happen is looked for again, when less of it happens."""
+"""The most repetitions of reachability and rates, which depend on each other."""
 
 
 class Behaviour:
-    """What the control flow of a system says for certain. Each analysis runs when it is first asked for, and once.
+    """The analyses of the control flow of a system. Each runs once, on first use.
 
     Attributes:
         flows: the control flow of each file.
@@ -32,68 +32,68 @@ class Behaviour:
     """
 
     def __init__(self, flows: Sequence[ControlFlow], signals: Wiring) -> None:
-        """See `analysed`."""
+        """See `behaviour_of`."""
         self.flows = (*flows,)
         self.signals = signals
-        self.graph: Graph = joined(flows, signals)
+        self.graph: Graph = joined_graph(flows, signals)
 
     @cached_property
-    def reached_anyhow(self) -> Reached:
-        """What may happen, where topics without any publisher in the system have one elsewhere, and signals come in any order."""
-        return reached(self.graph, self.signals, missing=True)
+    def reachable_in_any_order(self) -> ReachableEvents:
+        """Events that may happen if topics without publisher have one elsewhere, and signals come in any order."""
+        return reachable_events(self.graph, self.signals, missing=True)
 
     @property
-    def reached(self) -> Reached:
-        """What may happen, where a wait that ends at most once is not ended by what happens later."""
-        return self._counted[0]
+    def reachable(self) -> ReachableEvents:
+        """Events that may happen, considering that a single wait does not end by a later event."""
+        return self._reachable_and_rates[0]
 
     @cached_property
-    def reached_alone(self) -> Reached:
-        """What may happen, where nothing publishes that the system does not have."""
-        return reached(self.graph, self.signals, missing=False, single=self._single(self.counting))
+    def reachable_alone(self) -> ReachableEvents:
+        """Events that may happen if only publishers of the system publish."""
+        return reachable_events(self.graph, self.signals, missing=False, single=self._single(self.rates))
 
     @property
-    def counting(self) -> Counting:
-        """How often everything happens at most."""
-        return self._counted[1]
+    def rates(self) -> EventRates:
+        """How often events happen at most."""
+        return self._reachable_and_rates[1]
 
     @cached_property
-    def _counted(self) -> tuple[Reached, Counting]:
-        """What may happen and how often: the one follows from the other, so each is looked at again."""
-        known = self.reached_anyhow
-        counting = Counting(self.graph, self.signals, known.fired)
+    def _reachable_and_rates(self) -> tuple[ReachableEvents, EventRates]:
+        """Reachable events and rates: they depend on each other, so both are repeated."""
+        known = self.reachable_in_any_order
+        counting = EventRates(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
-            known = reached(self.graph, self.signals, missing=True, single=self._single(counting))
-            earlier, counting = counting, Counting(self.graph, self.signals, known.fired, counting)
+            known = reachable_events(self.graph, self.signals, missing=True, single=self._single(counting))
+            earlier, counting = counting, EventRates(self.graph, self.signals, known.fired, counting)
             if counting.bounds == earlier.bounds:
                 break
         return known, counting
 
-    def _single(self, counting: Counting) -> SingleEvents:
+    def _single(self, counting: EventRates) -> SingleEvents:
         return single_events(self.graph, lambda at: is_single(counting.bounds[at]))
 
     @cached_property
     def order(self) -> Order:
-        """What happens before what."""
-        return Order(self.graph, self.signals, self.counting.token)
+        """The order of events."""
+        return Order(self.graph, self.signals, self.rates.token)
 
     def thrown(self, nodes: Iterable[int]) -> Rate | None:
         """Return how often some nodes throw together."""
-        return added(self.counting.throws(at) for at in nodes)
+        return sum_of_rates(self.rates.throws(at) for at in nodes)
 
     def on_topic(self, topic: Hashable) -> Rate | None:
-        """Return how often samples come on a topic; None where something else than the processes may publish there."""
-        return self.counting.of_topic(topic)
+        """Return how often samples come on a topic; None if others than the processes may publish there."""
+        return self.rates.of_topic(topic)
 
     def is_once(self, at: int) -> bool:
         """Whether a node happens at most once."""
-        return is_single(self.counting.throws(at))
+        return is_single(self.rates.throws(at))
 
 
-def analysed(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
-    """Return what the control flow of all files says, where ``signals`` says which endpoints match.
+def behaviour_of(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
+    """Return the analyses of the control flow of all files; ``signals`` has the topics of endpoints.
 
-    The last answer is remembered: most edits of a session change settings, and neither flows nor topics.
+    The last result is cached: most edits of a session change settings, but neither flows nor topics.
     """
     for known in _LAST:
         same = len(known.flows) == len(flows) and all(
@@ -106,4 +106,4 @@ def analysed(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
 
 
 _LAST: Final[list[Behaviour]] = []
-"""The last answer, or nothing."""
+"""The last result, if there is one."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
-from cqos_core.behaviour.waiting import least
+from cqos_core.behaviour.wait_times import shortest_times
 
 _DEEPEST: Final = 12
-"""How deep loops are looked into that are nested in one node; nothing is known of deeper ones."""
+"""The most nested loops in one node; deeper ones count as unknown."""
 
 
 def components(nodes: Iterable[int], depends: Callable[[int], Iterable[int]]) -> list[list[int]]:
@@ -85,8 +85,8 @@ def _through(hub: int, steps: Mapping[int, Sequence[tuple[int, int]]]) -> dict[i
     for at, following in steps.items():
         for other, time in following:
             reverse[other].append((at, time))
-    there, back = least([hub], steps.__getitem__), least([hub], reverse.__getitem__)
+    there, back = shortest_times([hub], steps.__getitem__), shortest_times([hub], reverse.__getitem__)
     turn = min((there[at] + time for at, time in reverse[hub] if at in there), default=0)
-    # What no token goes round through depends on the hub in another way: nothing is known of it.
+    # Other nodes depend on the hub without a token going round: their time is unknown.
     both = {at: there[at] + back[at] if at in there and at in back else 0 for at in steps}
     return both | {hub: turn}

@@ -1,15 +1,15 @@
-"""All findings about behaviour: what control flow says about the settings of a system."""
+"""Collects all findings about behaviour, which compare control flow with settings."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.drawn import Drawn, draws
-from cqos_core.behaviour.rounds import round_findings
-from cqos_core.behaviour.sequences import OPTION, OWNER, READINGS, sequence_findings
-from cqos_core.behaviour.timers import timer_findings
-from cqos_core.behaviour.unreachable import unreachable_findings
-from cqos_core.model.core_findings import core_finding
+from cqos_core.behaviour.catch_option import reading_of, unknown_reading
+from cqos_core.behaviour.flow_model import FlowModel, has_control_flow
+from cqos_core.behaviour.repetition_findings import repetition_findings
+from cqos_core.behaviour.sequence_findings import sequence_findings
+from cqos_core.behaviour.timer_findings import timer_findings
+from cqos_core.behaviour.unreachable_findings import unreachable_findings
 
 if TYPE_CHECKING:
     from cqos_core.matching.pipeline import Pipeline
@@ -21,37 +21,23 @@ UNMET = frozenset({"BP109", "BP114"})
 
 
 def behaviour_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report what the control flow of a system says for certain; nothing where it draws none."""
-    drawn = drawn_by(pipeline)
-    return [] if drawn is None else findings_of(drawn, pipeline.system)
+    """Return all findings about the behaviour of a system; none without control flow."""
+    model = flow_model_of(pipeline)
+    return [] if model is None else findings_of(model, pipeline.system)
 
 
-def drawn_by(pipeline: Pipeline) -> Drawn | None:
-    """Return what the control flow of a system says; None where it draws none."""
-    return Drawn(pipeline) if draws(pipeline.system) else None
+def flow_model_of(pipeline: Pipeline) -> FlowModel | None:
+    """Return the flow model of a system; None without control flow."""
+    return FlowModel(pipeline) if has_control_flow(pipeline.system) else None
 
 
-def findings_of(drawn: Drawn, system: System) -> list[Finding]:
-    """Report what control flow says about the settings of a system."""
+def findings_of(model: FlowModel, system: System) -> list[Finding]:
+    """Return all findings from a flow model and the settings of its system."""
     reading = reading_of(system)
     return [
-        *_unknown_reading(system),
-        *unreachable_findings(drawn),
-        *timer_findings(drawn),
-        *sequence_findings(drawn, reading),
-        *round_findings(drawn, reading),
+        *unknown_reading(system),
+        *unreachable_findings(model),
+        *timer_findings(model),
+        *sequence_findings(model, reading),
+        *repetition_findings(model, reading),
     ]
-
-
-def _unknown_reading(system: System) -> list[Finding]:
-    stated = system.options.get(OWNER, {}).get(OPTION)
-    if stated is None or stated.text in READINGS:
-        return []
-    message = f"option `{OWNER}.{OPTION}` is `{stated.text[:60]}`, which is not known, so each of its values is assumed"
-    return [core_finding("CQ208", message, place=stated.place, help=f"allowed: {', '.join(READINGS)}")]
-
-
-def reading_of(system: System) -> str | None:
-    """Return what the option ``bpmn.catch`` says, None where it says nothing that is known."""
-    stated = system.options.get(OWNER, {}).get(OPTION)
-    return stated.text if stated is not None and stated.text in READINGS else None

@@ -13,7 +13,7 @@ from cqos_core.model.grouping import grouped
 EndpointKey: TypeAlias = tuple[str, str]
 """The name of a file and the id of an endpoint in it."""
 ENTERED: Final = frozenset({"process", "subprocess"})
-"""Kinds of nodes whose contents are done once and in order each time that they are entered."""
+"""Kinds of nodes whose content runs once and in order for each entry."""
 
 UNENTERED: Final = frozenset({"process", "start", "event_start", "boundary"})
 """Kinds of nodes to which no flow may lead."""
@@ -21,14 +21,14 @@ UNENTERED: Final = frozenset({"process", "start", "event_start", "boundary"})
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """What endpoints throw to and catch from.
+    """The topics of endpoints.
 
     Attributes:
         thrown: the topics to which an endpoint publishes.
         caught: the topics from which an endpoint takes samples.
-        others: topics on which something else may publish than the processes of the model.
-        replayed: endpoints that may get a sample again that was sent before, each time that they subscribe.
-        anything: some publisher has a topic that is not known, so it may publish on all of them.
+        others: topics on which others than the processes of the model may publish.
+        replayed: endpoints that may get an earlier sample again each time they subscribe.
+        anything: the topic of some publisher is unknown, so it may publish on any.
     """
 
     thrown: Mapping[EndpointKey, frozenset[Hashable]]
@@ -38,7 +38,7 @@ class Wiring:
     anything: bool = False
 
     def is_open(self, topic: Hashable) -> bool:
-        """Whether something else may publish on a topic than the processes of the model."""
+        """Whether others than the processes of the model may publish on a topic."""
         return self.anything or topic in self.others
 
 
@@ -59,9 +59,9 @@ class Graph:
         throws: topics to which a node throws.
         catches: topics from which a node catches; None where they are not known.
         replayed: a catch may get a sample again for each token.
-        drawn: the process around the node draws flows, so that what it does not draw does not happen.
-        loose: processes and sub-processes in which a flow leads to a node that is not there, or to one that takes none, so it may lead
-            to any node.
+        drawn: the process around the node has flows, so that only drawn flows happen.
+        loose: processes and sub-processes with a flow to a missing node, or to one that accepts no flow, so that it may lead to
+            any node.
         called_anywhere: a call activity runs a process whose name is computed.
     """
 
@@ -86,7 +86,7 @@ class Graph:
     called_anywhere: bool = False
 
     def is_entry(self, at: int) -> bool:
-        """Whether a token is put on a node when what is around it begins, without any flow to it."""
+        """Whether a node without incoming flow gets a token when its process or sub-process begins."""
         node = self.nodes[at]
         if self.before[at] or node.by_event or node.compensates or node.kind in {"process", "boundary", "event_start"}:
             return False
@@ -95,11 +95,11 @@ class Graph:
         return not (node.kind == "catch" and any(each.kind == "link" for each in node.triggers))
 
     def idles(self, process: int) -> bool:
-        """Whether a participant may run a process without any of its start events, for nodes to which no flow leads."""
+        """Whether a participant may run a process without a start event, because of nodes without incoming flow."""
         return self.nodes[process].has_pool and any(self.is_entry(at) for at in self.inside[process])
 
     def heard(self, at: int) -> TriggerKind:
-        """Return the kind of the triggers for which the endpoints of a node stand; other triggers come from elsewhere."""
+        """Return the kind of triggers that the endpoints of a node stand for."""
         return "signal" if any(each.kind == "signal" for each in self.nodes[at].triggers) else "message"
 
     def within(self, process: int) -> Iterator[int]:
@@ -115,7 +115,7 @@ class Graph:
         return not (self.before[at] or self.after[at])
 
 
-def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
+def joined_graph(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
     """Return the graph of all files."""
     graph = Graph()
     for flow in flows:
@@ -197,7 +197,7 @@ def _find_processes(graph: Graph, first: int, drawing: set[int]) -> None:
 
 
 def _call(graph: Graph) -> None:
-    """Join call activities with processes, also with those of other files that have the name."""
+    """Connect call activities with processes, also with those of other files by name."""
     by_name = grouped((node.id, at) for at, node in enumerate(graph.nodes) if node.kind == "process" and node.id)
     for at, node in enumerate(graph.nodes):
         if node.kind != "call":

@@ -228,7 +228,7 @@ def _remedy(
     after = {id(members): _with(members.profile, index, value) for members in changing}
     members = member_ids(groups)
     text_value = policy.domain.format(value)
-    from cqos_core.behaviour.paths.growth import grown  # a correct design needs none of it
+    from cqos_core.behaviour.paths.growth import growth_in_words  # a correct design needs none of it
 
     return [
         Remedy(
@@ -242,7 +242,7 @@ def _remedy(
             breaks=breaks,
             weakens=weakens,
             edits=edits_of((each for members in groups for each in members.endpoints), index, value),
-            costs=grown(topic, changing, {}, after),
+            costs=growth_in_words(topic, changing, {}, after),
         )
     ]
 

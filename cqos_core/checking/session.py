@@ -17,7 +17,7 @@ from cqos_core.checking.checker import assemble, check_system, judge_topics
 from cqos_core.checking.hypothetical_pairs import unused_profiles, with_profiles_tried
 from cqos_core.checking.open_check import OpenCheck, may_stay_open
 from cqos_core.checking.system_editor import SystemEditor
-from cqos_core.files.reading import faults, faults_of
+from cqos_core.files.system_faults import faults, faults_of
 from cqos_core.matching.pipeline import CheckContext, Pipeline, context
 from cqos_core.model.changes import Changes, Counts, NetChange, counted
 from cqos_core.model.exact_columns import with_exact_columns

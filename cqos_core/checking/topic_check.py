@@ -310,9 +310,9 @@ def _of_team(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[FindingD
 def _over_bridges(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
     if not any(endpoint.bridge for endpoint in topic.endpoints):
         return [0] * len(met)
-    from cqos_core.behaviour.paths.bridge_reachability import connected
+    from cqos_core.behaviour.paths.bridge_reachability import connected_over_bridges
 
-    return connected(topic, met)
+    return connected_over_bridges(topic, met)
 
 
 def _within_participants(result: TopicResult) -> list[FindingDraft]:

@@ -1,4 +1,4 @@
-"""The group of commands, each imported when it is run, and what becomes of errors."""
+"""The group of all commands. Each is imported when it runs, and errors become messages."""
 
 from __future__ import annotations
 
@@ -8,44 +8,41 @@ from collections.abc import Sequence
 
 import click
 
-from cqos_core.cli import INTERRUPTED
+from cqos_core.cli.console import width
+from cqos_core.cli.errors import WrongUsageError, say_cqos_error, say_error, say_lines, say_usage_error
+from cqos_core.cli.exit_codes import BROKEN_PIPE, INTERNAL, INTERRUPTED, UNUSABLE
 from cqos_core.cli.help import help_options, with_help
 from cqos_core.cli.parameters import READS_SYSTEMS, Run, debug_option
-from cqos_core.cli.refusals import RefusedError, say_cqos_error, say_error, say_lines, say_refused
-from cqos_core.cli.streams import width
 from cqos_core.model.problems import CqosError, MissingError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
 
 _COMPLETING = "_CQOS_COMPLETE"
-USAGE = 2
-INTERNAL = 3
 _WIDEST_HELP = 120  # wider lines are hard to read
-_BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
 class Commands(click.Group):
-    """The commands that plugins register, ours among them; help lists them without importing any."""
+    """The commands that plugins register, ours among them. Help lists them without importing any."""
 
-    under = ""
-    """The first word of the names of these commands, and a space; empty for those without."""
+    prefix = ""
+    """The first word that all names of the group begin with, and a space; empty for the top group."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
-        """Name them, ours first; a group of commands by its word."""
-        names = (name.removeprefix(self.under) for name in load_plugins().commands if name.startswith(self.under))
+        """Return the names, ours first. Commands of several words appear as their first word."""
+        names = (name.removeprefix(self.prefix) for name in load_plugins().commands if name.startswith(self.prefix))
         return list(dict.fromkeys(name.partition(" ")[0] for name in names))
 
     def summaries(self) -> dict[str, str]:
-        """Return what plugins say about each command; that of a group is the first of its commands'."""
+        """Return the summary of each command. A group has that of its first command."""
         found: dict[str, str] = {}
         for info in load_plugins().commands.values():
-            if info.name.startswith(self.under):
-                found.setdefault(info.name.removeprefix(self.under).partition(" ")[0], info.summary)
+            if info.name.startswith(self.prefix):
+                found.setdefault(info.name.removeprefix(self.prefix).partition(" ")[0], info.summary)
         return found
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
         plugins = load_plugins()
-        cmd_name = self.under + cmd_name
+        cmd_name = self.prefix + cmd_name
         info = plugins.commands.get(cmd_name)
         if info is None:
             group = _group_of(cmd_name)
@@ -60,48 +57,48 @@ class Commands(click.Group):
             what = f"the command `{cmd_name}` of {plugins.owner('commands', cmd_name)}"
             keep_traceback(what, error)
             advice = "`cqos packs` lists the commands that can be loaded"
-            raise RefusedError(f"{what} cannot be loaded: {describe(error)}", advice, ctx) from error
+            raise WrongUsageError(f"{what} cannot be loaded: {describe(error)}", advice, ctx) from error
         if getattr(command.callback, READS_SYSTEMS, False):
-            from cqos_core.cli.reading import with_importer_options
+            from cqos_core.cli.reading_options import with_importer_options
 
             command = with_importer_options(command)
         command = with_help(command)
         if _COMPLETING in os.environ:
-            from cqos_core.cli.completion import knowing
+            from cqos_core.cli.completion import with_completion
 
-            return knowing(command)
+            return with_completion(command)
         return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is called, or say which one may have been meant."""
+        """Find the command, or refuse the name and propose a similar one."""
         known = self.list_commands(ctx)
         if args[0] not in known and not args[0].startswith("-"):
             from cqos_core.model.spelling import nearest
 
-            _refuse_absent(self.under, args)
+            _refuse_absent(self.prefix, args)
             near = nearest(args[0], known)
             advice = f"did you mean `{near}`?" if near else f"known: {', '.join(known)}"
-            raise RefusedError(f"there is no command `{args[0][:60]}`", advice, ctx)
+            raise WrongUsageError(f"there is no command `{args[0][:60]}`", advice, ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - click's signature
-        """Write the list of commands from what plugins say about them."""
+        """Write the list of commands with the summaries that plugins register."""
         plugins = load_plugins()
         for title, shipped in (("Commands", True), ("Commands of plugins", False)):
             rows = [
-                (info.name.removeprefix(self.under), info.summary)
+                (info.name.removeprefix(self.prefix), info.summary)
                 for info in plugins.commands.values()
-                if info.name.startswith(self.under) and plugins.shipped("commands", info.name) is shipped
+                if info.name.startswith(self.prefix) and plugins.shipped("commands", info.name) is shipped
             ]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
 
 
-def _refuse_absent(under: str, arguments: Sequence[str]) -> None:
-    """Refuse a command that is not installed, but could be.
+def _refuse_absent(prefix: str, arguments: Sequence[str]) -> None:
+    """Refuse a command whose distribution is not installed.
 
     Raises:
         MissingError: with the line that installs it; for the first word of several commands, with each.
@@ -109,7 +106,7 @@ def _refuse_absent(under: str, arguments: Sequence[str]) -> None:
     from cqos_core.model.optional_features import absent, advice
 
     there = absent("commands")
-    for words in (under + " ".join(arguments[:2]), under + arguments[0]):
+    for words in (prefix + " ".join(arguments[:2]), prefix + arguments[0]):
         meant = {name: row.name for name, row in there.items() if f"{name} ".startswith(f"{words} ")}
         if meant:
             lines = dict.fromkeys(map(advice, meant.values()))
@@ -124,7 +121,7 @@ def _group_of(word: str) -> Commands | None:
     if not summaries:
         return None
     found = Commands(word, help="\n\n".join(summaries))
-    found.under = f"{word} "
+    found.prefix = f"{word} "
     return found
 
 
@@ -157,13 +154,13 @@ cli.params += help_options()
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit code; every error becomes words on standard error."""
+    """Run the command, and return its exit code. Errors are printed on standard error."""
     if _COMPLETING in os.environ:  # a shell asks what could come next
         cli.main(prog_name="cqos")
     given = sys.argv[1:] if arguments is None else list(arguments)
     this = Run(arguments=tuple(given))
     if os.environ.get("CQOS_DEBUG", "") not in {"", "0"}:
-        this.debug_from_now_on()
+        this.enable_debug()
     code = _run(given, this)
     if not this.silent:
         for broken in load_plugins().broken:
@@ -180,23 +177,23 @@ def _run(arguments: list[str], this: Run) -> int:
     except click.Abort:
         return INTERRUPTED
     except click.ClickException as error:
-        if not (isinstance(error, click.NoSuchOption) and _said_absent(error)):
+        if not (isinstance(error, click.NoSuchOption) and _report_absent_option(error)):
             knows = isinstance(error, click.UsageError) and error.ctx is not None
-            say_refused(error, None if knows else _context_of(arguments))
-        return USAGE
+            say_usage_error(error, None if knows else _context_of(arguments))
+        return UNUSABLE
     except CqosError as error:
         say_cqos_error(error)
-        return USAGE
+        return UNUSABLE
     except BrokenPipeError:
         _silence()
-        return _BROKEN_PIPE
+        return BROKEN_PIPE
     except Exception as error:  # noqa: BLE001 - a traceback is shown on request only
         return _internal(error, this)
     return 0
 
 
 def _context_of(arguments: Sequence[str]) -> click.Context:
-    """Return the context of the command that arguments begin with; click does not give it with each error."""
+    """Return the click context of the command in ``arguments``: some errors of click lack it."""
     command: click.Command = cli
     ctx = click.Context(command, info_name="cqos")
     for word in arguments:
@@ -207,8 +204,8 @@ def _context_of(arguments: Sequence[str]) -> click.Context:
     return ctx
 
 
-def _said_absent(error: click.NoSuchOption) -> bool:
-    """Say what brings an option of commands that read systems, where that is not installed; return whether it is not."""
+def _report_absent_option(error: click.NoSuchOption) -> bool:
+    """Print how to install an option of commands that read systems; return whether it is one that is not installed."""
     if error.ctx is None or not getattr(error.ctx.command.callback, READS_SYSTEMS, False):
         return False
     from cqos_core.model.optional_features import absent, missing
@@ -220,7 +217,7 @@ def _said_absent(error: click.NoSuchOption) -> bool:
 
 
 def _silence() -> None:
-    """Give Python something to flush at its end that does not fail."""
+    """Replace the standard streams, so that their flush at the end of Python cannot fail."""
     sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - it stays open
 
 

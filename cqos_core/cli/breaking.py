@@ -1,4 +1,4 @@
-"""``cqos breaking``: what an update of a system breaks while only some participants have it."""
+"""``cqos breaking``: find pairs that break while only some participants are updated."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.analysis.version_breaks import find_breaks
-from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
-from cqos_core.cli.entrances import entered_notes
+from cqos_core.cli.console import colored, emit, say, say_problems, width
+from cqos_core.cli.errors import WrongUsageError
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_choices import input_notes
+from cqos_core.cli.input_reader import path_problems, prepare_reader
 from cqos_core.cli.parameters import (
     against_option,
     color_option,
@@ -21,21 +24,19 @@ from cqos_core.cli.parameters import (
     together_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, obstacles, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.streams import colored, emit, say, say_problems, width
-from cqos_core.files.opening import STDIN
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
+from cqos_core.files.check_units import check_units
 from cqos_core.files.revisions import NotThereError, at_same_paths
-from cqos_core.files.units import units
-from cqos_core.formatters.breaks import ComparedVersions, breaks_as_json, breaks_as_markdown, breaks_as_text
+from cqos_core.files.source_files import STDIN
+from cqos_core.formatters.breaking_changes import ComparedVersions, breaks_as_json, breaks_as_markdown, breaks_as_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.analysis.version_breaks import Break
-    from cqos_core.cli.reading import InputReader
-    from cqos_core.files.loading import Loaded
-    from cqos_core.files.units import Unit
+    from cqos_core.cli.input_reader import InputReader
+    from cqos_core.files.check_units import CheckUnit
+    from cqos_core.files.path_loader import Loaded
 
 
 @click.command(
@@ -75,8 +76,8 @@ def breaking(
       cqos breaking new.yaml --against old.yaml --format markdown
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if STDIN in (*paths, old):
-        raise RefusedError("`-` has no older version to compare with", "write the paths of files or folders", ctx)
-    reader = prepare(reading, paths)
+        raise WrongUsageError("`-` has no older version to compare with", "write the paths of files or folders", ctx)
+    reader = prepare_reader(reading, paths)
     with Progress("reading") as progress:
         loaded = reader.load(paths, progress.step)
         before = _old(reader, at_same_paths(old, paths), color)
@@ -106,9 +107,9 @@ def _old(reader: InputReader, paths: Sequence[str], color: str) -> Loaded | None
 
 
 def _usable(loaded: Loaded, color: str, paths: Sequence[str]) -> bool:
-    problems = [*loaded.problems, *obstacles(loaded, paths)]
+    problems = [*loaded.problems, *path_problems(loaded, paths)]
     say_problems(problems, color)
-    for note in entered_notes(loaded, paths):
+    for note in input_notes(loaded, paths):
         say(note, severity="note", choice=color)
     return not problems
 
@@ -116,8 +117,8 @@ def _usable(loaded: Loaded, color: str, paths: Sequence[str]) -> bool:
 def _compare(
     reader: InputReader, new: Loaded, old: Loaded, color: str, *, together: bool
 ) -> Iterator[ComparedVersions]:
-    """Yield each system that both versions have; one system of each is compared whatever their names are."""
-    now, before = (units(each, "together" if together else "")[0] for each in (new, old))
+    """Yield the comparison of each system that both versions have. Single systems are compared whatever their names are."""
+    now, before = (check_units(each, "together" if together else "")[0] for each in (new, old))
     known = {_name(unit): unit for unit in before}
     for unit in now:
         was = before[0] if len(now) == len(before) == 1 else known.pop(_name(unit), None)
@@ -125,13 +126,15 @@ def _compare(
             say(f"{unit.path} is new", severity="note", choice=color)
             continue
         here = reader.nearest(unit.path)
-        yield ComparedVersions(unit.path, find_breaks(here.whole(was.systems), here.whole(unit.systems), here.context))
+        yield ComparedVersions(
+            unit.path, find_breaks(here.merged(was.systems), here.merged(unit.systems), here.context)
+        )
     if len(now) != 1 or len(before) != 1:
         for name in known:
             say(f"{name} is there no longer", severity="note", choice=color)
 
 
-def _name(unit: Unit) -> str:
+def _name(unit: CheckUnit) -> str:
     """Return the path of a system below the folder in which it was found."""
     path = unit.path.rpartition(":")[2]
     folder = unit.folder.rpartition(":")[2]

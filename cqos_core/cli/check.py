@@ -1,4 +1,4 @@
-"""``cqos check``: read, check, report."""
+"""``cqos check``: read systems, check them, and report."""
 
 from __future__ import annotations
 
@@ -13,9 +13,15 @@ import click
 
 from cqos_core.checking.assumptions import with_imported
 from cqos_core.checking.checker import check_system
-from cqos_core.cli import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
-from cqos_core.cli.entrances import entered_notes
+from cqos_core.cli.console import colored, emit, say, say_problems, width
+from cqos_core.cli.errors import WrongUsageError, say_error, wrong_usage
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+from cqos_core.cli.file_output import write_file
+from cqos_core.cli.finding_filter import code_prefixes, filter_of_options
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_choices import input_notes
+from cqos_core.cli.input_reader import path_problems, prepare_reader
+from cqos_core.cli.outputs import DEFAULT_FORMAT, STDOUT, OutputPairingCommand, check_output_paths, pair_outputs, render
 from cqos_core.cli.parameters import (
     Registered,
     Run,
@@ -34,15 +40,11 @@ from cqos_core.cli.parameters import (
     weaken_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, obstacles, options_given, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.selection import counted, rules_of
-from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
-from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
-from cqos_core.files.opening import STDIN, read_path
-from cqos_core.files.units import units
-from cqos_core.formatters.several import said_once
-from cqos_core.formatters.wording import listed
+from cqos_core.cli.reading_options import ReadingOptions, options_given, reading_options
+from cqos_core.files.check_units import check_units
+from cqos_core.files.source_files import STDIN, read_path
+from cqos_core.formatters.multi_system import without_repetition
+from cqos_core.formatters.phrases import listed
 from cqos_core.importers.format_detection import SMALLEST_SYSTEM, claims_yaml
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, plural
@@ -54,13 +56,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
-    from cqos_core.cli.fixing import FixOutcome
-    from cqos_core.cli.reading import InputReader
-    from cqos_core.cli.selection import Counted
-    from cqos_core.cli.sinks import Sink
+    from cqos_core.cli.check_fixes import FixOutcome
+    from cqos_core.cli.finding_filter import FindingFilter
+    from cqos_core.cli.input_reader import InputReader
+    from cqos_core.cli.outputs import OutputTarget
     from cqos_core.config import Config
-    from cqos_core.files.loading import Loaded
-    from cqos_core.files.units import Unit
+    from cqos_core.files.check_units import CheckUnit
+    from cqos_core.files.path_loader import Loaded
     from cqos_core.matching.pipeline import CheckContext
     from cqos_core.model.finding import Edit
     from cqos_core.model.problems import Problem
@@ -79,7 +81,7 @@ _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 @dataclass(frozen=True, slots=True)
 class CheckOptions:
-    """What the command line says beside paths and reading; the fields are the parameters of the options below."""
+    """The options of ``cqos check`` that are not about reading; each field is the parameter of an option below."""
 
     each: bool
     together: bool
@@ -104,7 +106,7 @@ class CheckOptions:
 
 
 @click.command(
-    cls=PairingCommand,
+    cls=OutputPairingCommand,
     epilog="Exit codes: 0 clean; 1 findings at or above the fail level; 2 wrong usage, input that cannot be read, or "
     "nothing to check; 3 internal error.",
 )
@@ -187,38 +189,44 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = options.quiet
     if not options.watch:
-        ctx.exit(_once(ctx, paths, reading, options)[0])
+        ctx.exit(_check_once(ctx, paths, reading, options)[0])
     if STDIN in paths or options.fix or options.show_diff or options.write_baseline:
         what = "--watch goes with neither `-`, --fix, --diff nor --write-baseline"
-        raise RefusedError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
-    from cqos_core.cli.watching import watch  # which few runs need
+        raise WrongUsageError(what, "write `cqos check PATH --watch`, and the other command by itself", ctx)
+    from cqos_core.cli.watch import watch  # which few runs need
 
-    ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, options)))
+    ctx.exit(watch(paths, reading.importer, lambda: _check_once(ctx, paths, reading, options)))
 
 
-def _once(
+def _check_once(
     ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, options: CheckOptions
 ) -> tuple[int, list[str]]:
-    """Check everything once; return the exit code, and the files on which it depends."""
-    reader = prepare(reading, paths)
+    """Check all paths once; return the exit code, and the files on which the result depends."""
+    reader = prepare_reader(reading, paths)
     config = reader.config
-    sinks = pair_sinks(ctx, options.formats, options.outputs, _default_format(config))
-    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
-    check_targets("--write-baseline", filter(None, [options.write_baseline]), paths)
+    sinks = pair_outputs(ctx, options.formats, options.outputs, _default_format(config))
+    check_output_paths("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
+    check_output_paths("--write-baseline", filter(None, [options.write_baseline]), paths)
     if options.each and options.together:
-        raise RefusedError("--each and --together exclude each other", "write one of them", ctx)
-    select = counted(options.select, options.ignore, reader.context)
-    codes = rules_of("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
+        raise WrongUsageError("--each and --together exclude each other", "write one of them", ctx)
+    select = filter_of_options(options.select, options.ignore, reader.context)
+    codes = code_prefixes("--show", [each for each in options.show if each not in _SHOWN], reader.context, _SHOWN)
     if codes and any(each in _SHOW for each in options.show):
-        raise RefusedError("--show takes severities or rules, not both", "write one of them", ctx)
+        raise WrongUsageError("--show takes severities or rules, not both", "write one of them", ctx)
     if options.server is not None and (reading.pack_files or config.packs):
-        raise RefusedError(_PACKS_STAY, _PACKS_THERE, ctx)
+        raise WrongUsageError(_PACKS_STAY, _PACKS_THERE, ctx)
     if options.weaken and not (options.fix or options.show_diff):
         what = "--weaken says which fixes --fix and --diff take, and neither is given"
-        raise RefusedError(what, "write --fix or --diff too", ctx)
+        raise WrongUsageError(what, "write --fix or --diff too", ctx)
     if options.fix or options.show_diff:
         _refuse_fixing(ctx, paths, options.server or options.write_baseline)
-    work = _Check(reader, options, select, _known(options.baseline or config.baseline, options.write_baseline), codes)
+    work = _CheckRun(
+        reader,
+        options,
+        select,
+        _read_known_findings(options.baseline or config.baseline, options.write_baseline),
+        codes,
+    )
     if options.proofs is not None:
         from cqos_core.formatters.proofs import runs_from_json
 
@@ -226,8 +234,8 @@ def _once(
     work.run(paths)
     # Folders have many inputs, and files include others.
     read = [*work.files(), *filter(None, [options.proofs])]
-    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), read)
-    check_targets("--write-baseline", filter(None, [options.write_baseline]), read)
+    check_output_paths("--output", (sink.path for sink in sinks if sink.path != STDOUT), read)
+    check_output_paths("--write-baseline", filter(None, [options.write_baseline]), read)
     if options.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]
@@ -235,12 +243,12 @@ def _once(
 
 
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
-    """Refuse what does not go with changing files."""
+    """Refuse options and paths that --fix and --diff cannot be combined with."""
     if other is not None:
         what = "--fix and --diff go with neither --server nor --write-baseline"
-        raise RefusedError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
+        raise WrongUsageError(what, "write `cqos check PATH --fix`, and the other command by itself", ctx)
     if STDIN in paths:
-        raise RefusedError("--fix and --diff change files, and `-` is none", "write the path of the file", ctx)
+        raise WrongUsageError("--fix and --diff change files, and `-` is none", "write the path of the file", ctx)
 
 
 def _default_format(config: Config) -> str:
@@ -248,12 +256,12 @@ def _default_format(config: Config) -> str:
     known = load_plugins().formatters
     if name not in known:
         refuse_absent("formatters", name, f"the format `{name}` of {config.path}")
-        raise refused(f"format of {config.path}", f"there is no format `{name}`", nearest(name, known))
+        raise wrong_usage(f"format of {config.path}", f"there is no format `{name}`", nearest(name, known))
     return name
 
 
-def _known(baseline: str | None, written: str | None) -> Baseline | None:
-    """Read the baseline, which need not be there yet if this is the run that writes it."""
+def _read_known_findings(baseline: str | None, written: str | None) -> Baseline | None:
+    """Read the baseline; None without one, and where this run writes that very file."""
     if baseline is None or (written is not None and os.path.realpath(baseline) == os.path.realpath(written)):
         return None
     from cqos_core.analysis.baseline import read_baseline  # which few runs need
@@ -261,8 +269,8 @@ def _known(baseline: str | None, written: str | None) -> Baseline | None:
     return read_baseline(baseline, read_path(baseline).data)
 
 
-class _Checked(NamedTuple):
-    """One system that was checked: its path, what was found, and the configuration that holds for it."""
+class _CheckedSystem(NamedTuple):
+    """One checked system: its path, its report, and the configuration in force."""
 
     path: str
     report: Report
@@ -272,38 +280,39 @@ class _Checked(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Check:
+class _CheckRun:
     """One run of ``cqos check``.
 
     Attributes:
-        counted: leaves the findings that count.
-        shown: the rules that --show names.
+        finding_filter: keeps the findings that --select and --ignore leave.
+        shown_codes: codes of the rules that --show names.
         loaded: what was read.
         reports: one per system.
-        how: how files were put together as systems.
-        entered: what was taken without being named.
-        obstacles: why paths are not read although no file is wrong.
-        empty: what to say of paths in which something was expected, and nothing could be checked.
-        refused: why fixes were not written.
+        grouping_note: a note on how files were grouped into systems.
+        input_notes: notes on inputs that were found without being named.
+        path_problems: problems of paths that need a choice or another command.
+        empty_messages: messages about paths in which nothing could be checked.
+        has_begun_file: an empty path holds a system file that has been begun.
+        refused_fixes: why fixes were not written.
     """
 
     reader: InputReader
     options: CheckOptions
-    counted: Counted
-    known: Baseline | None
-    shown: tuple[str, ...] = ()
+    finding_filter: FindingFilter
+    baseline: Baseline | None
+    shown_codes: tuple[str, ...] = ()
     loaded: Loaded = field(init=False)
-    reports: list[_Checked] = field(default_factory=list)
-    how: str = ""
+    reports: list[_CheckedSystem] = field(default_factory=list)
+    grouping_note: str = ""
     sources: dict[str, bytes] = field(default_factory=dict)
-    entered: list[str] = field(default_factory=list)
-    obstacles: list[Problem] = field(default_factory=list)
-    empty: list[str] = field(default_factory=list)
-    begun: bool = False
+    input_notes: list[str] = field(default_factory=list)
+    path_problems: list[Problem] = field(default_factory=list)
+    empty_messages: list[str] = field(default_factory=list)
+    has_begun_file: bool = False
     passed_over: int = 0
     diffs: list[str] = field(default_factory=list)
     fixes: list[FixOutcome] = field(default_factory=list)
-    refused: list[str] = field(default_factory=list)
+    refused_fixes: list[str] = field(default_factory=list)
     proofs: Sequence[Mapping[str, Any]] = ()
 
     def run(self, paths: Sequence[str]) -> None:
@@ -312,51 +321,57 @@ class _Check:
         with Progress("reading", quiet=options.quiet) as progress:
             self.loaded = self.reader.load(paths, progress.step)
             grouping = "each" if options.each else "together" if options.together else ""
-            found, self.how = units(self.loaded, grouping)
+            found, self.grouping_note = check_units(self.loaded, grouping)
             progress.start("checking")
             alone = len(found) == 1
             for number, unit in enumerate(found):
                 # Of a single system, its topics are counted.
                 progress.step(number, len(found))
                 self._check(unit, progress.step if alone else lambda _done, _all: None, alone=alone)
-            reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
+            reports = without_repetition(
+                [each.report for each in self.reports], [each.config.sources for each in self.reports]
+            )
             self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
-        self.entered, self.obstacles = entered_notes(self.loaded, paths), obstacles(self.loaded, paths)
-        unsaid = not self.loaded.problems and not self.obstacles and not self.empty
+        self.input_notes, self.path_problems = input_notes(self.loaded, paths), path_problems(self.loaded, paths)
+        unsaid = not self.loaded.problems and not self.path_problems and not self.empty_messages
         if unsaid and not any(each.endpoints or each.partial for each in reports):
-            self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
+            self.empty_messages.append(
+                f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found"
+            )
 
-    def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
+    def _check(self, unit: CheckUnit, step: Callable[[int, int], None], *, alone: bool) -> None:
         reader, options = self.reader.nearest(unit.path), self.options
-        system = reader.tried(unit.systems)
-        report = self.counted(self._judged(system, reader, step))
+        system = reader.merged_for_check(unit.systems)
+        report = self.finding_filter(self._judged(system, reader, step))
         if (options.fix or options.show_diff) and report.findings:
-            from cqos_core.cli.fixing import fixed
+            from cqos_core.cli.check_fixes import fix_unit
 
-            done = fixed(unit, system, reader, self.counted, write=not options.show_diff, weaken=options.weaken)
+            done = fix_unit(
+                unit, system, reader, self.finding_filter, write=not options.show_diff, weaken=options.weaken
+            )
             system, report = done.system, done.report
             self.diffs.append(done.diff)
             self.fixes.append(done)
             if done.refused:
-                self.refused.append(done.refused)
+                self.refused_fixes.append(done.refused)
         if not report.endpoints and not report.partial:
             only_profiles = bool(system.profiles) and not (system.endpoints or system.bridges)
             if unit.named and (alone or not only_profiles):
-                self.empty.append(_nothing(unit.path, len(system.endpoints)))
-                self.begun |= not system.endpoints and any(starmap(claims_yaml, system.sources.items()))
+                self.empty_messages.append(_nothing_checked(unit.path, len(system.endpoints)))
+                self.has_begun_file |= not system.endpoints and any(starmap(claims_yaml, system.sources.items()))
             elif all(finding.code == "CQ404" for finding in report.findings):
                 # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
                 self.passed_over += 1
                 return
         self.sources |= {**reader.config.sources, **system.sources}
-        self.reports.append(_Checked(unit.path, report, reader.config, system, reader.context))
+        self.reports.append(_CheckedSystem(unit.path, report, reader.config, system, reader.context))
 
     def _judged(self, system: System, reader: InputReader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
         if self.options.server is None:
             return check_system(system, reader.context, step)
         if reader.config.packs:
-            raise RefusedError(_PACKS_STAY, _PACKS_THERE)
+            raise WrongUsageError(_PACKS_STAY, _PACKS_THERE)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.remote.client import Client
 
@@ -369,21 +384,21 @@ class _Check:
         """Return the files on which the result depends."""
         config = self.reader.config
         read = (each.file.path for each in self.loaded.outcomes)
-        others = (*config.packs, *self.reader.options.pack_files, *([self.known.path] if self.known else ()))
+        others = (*config.packs, *self.reader.options.pack_files, *([self.baseline.path] if self.baseline else ()))
         return [*read, *self.sources, *config.sources, *others]
 
-    def finish(self, sinks: Sequence[Sink]) -> int:
+    def finish(self, sinks: Sequence[OutputTarget]) -> int:
         """Write everything and return the exit code."""
         found = self.reports
-        if self.known is not None:
-            self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
-        say_problems([*self.loaded.problems, *self.obstacles], self.options.color)
+        if self.baseline is not None:
+            self.reports = [each._replace(report=self.baseline.mark(each.report, each.path)) for each in found]
+        say_problems([*self.loaded.problems, *self.path_problems], self.options.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        unreadable = self.loaded.problems or (self.obstacles and not self.loaded.ways.open)
-        if unreadable or self.empty or self.refused or not written:
+        unreadable = self.loaded.problems or (self.path_problems and not self.loaded.detected.open)
+        if unreadable or self.empty_messages or self.refused_fixes or not written:
             return UNUSABLE
-        if self.loaded.ways.open:
+        if self.loaded.detected.open:
             return FINDINGS
         if self.options.write_baseline is not None:
             return CLEAN
@@ -393,7 +408,7 @@ class _Check:
         return FINDINGS if any(missed) or any(failed) else CLEAN
 
     def _nothing_compared(self) -> bool:
-        """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
+        """Whether pairs are required, by a whole system or by --require-pairs, and none was compared."""
         required = self.options.require_pairs or any(each.report.misses_pairs for each in self.reports)
         missed = required and not any(each.report.pair_count for each in self.reports)
         if missed:
@@ -401,7 +416,7 @@ class _Check:
         return missed
 
     def _too_little_read(self) -> bool:
-        """Whether less was read of a system than the caller requires."""
+        """Whether the coverage of a system is below --require-coverage."""
         required = self.options.require_coverage
         if required is None:
             return False
@@ -414,10 +429,10 @@ class _Check:
             )
         return bool(missed)
 
-    def _write(self, sinks: Sequence[Sink]) -> bool:
+    def _write(self, sinks: Sequence[OutputTarget]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
-        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.obstacles]
+        reports, problems = [each.report for each in self.reports], [*self.loaded.problems, *self.path_problems]
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
             if self.options.quiet and sink.path == STDOUT:
                 continue
@@ -430,7 +445,7 @@ class _Check:
                 written = False
         return written
 
-    def _style(self, sink: Sink) -> Style:
+    def _style(self, sink: OutputTarget) -> Style:
         shown = self.options.show or self.reader.config.show
         loudest = (_SHOW[each] for each in shown if each in _SHOW)
         return Style(
@@ -443,8 +458,8 @@ class _Check:
             apart="all" in shown,
             losses=_LOSSES in shown,
             coverage=_COVERAGE in shown or "all" in shown,
-            codes=self.shown,
-            listed=bool(self.shown) or any(each in _SHOW for each in self.options.show),
+            codes=self.shown_codes,
+            listed=bool(self.shown_codes) or any(each in _SHOW for each in self.options.show),
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
@@ -456,15 +471,15 @@ class _Check:
         return next(found, None)
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
-        from cqos_core.files.applying import replacements_of
+        from cqos_core.files.edited_files import replacements_of
 
         return replacements_of(self.sources, edits, self.reader.options.importer)
 
-    def _write_baseline(self, found: Sequence[_Checked]) -> bool:
+    def _write_baseline(self, found: Sequence[_CheckedSystem]) -> bool:
         target = self.options.write_baseline
         if target is None:
             return True
-        if self.loaded.problems or self.obstacles:
+        if self.loaded.problems or self.path_problems:
             self._fault(f"{target} is not written: findings in what cannot be read would be missing from it")
             return False
         # Only where several systems are checked can one hide behind another's entry.
@@ -480,16 +495,16 @@ class _Check:
         return True
 
     def _say_rest(self) -> None:
-        """Say on standard error what was left out, and why nothing may have been checked."""
-        for message in (*self.empty, *self.refused):
+        """Print notes on what was left out, and errors about paths in which nothing was checked."""
+        for message in (*self.empty_messages, *self.refused_fixes):
             self._fault(message)
-        if self.begun:
+        if self.has_begun_file:
             say(f"write `{SMALLEST_SYSTEM}`", severity="help", choice=self.options.color)
         loaded = self.loaded
-        for note in self.entered:
+        for note in self.input_notes:
             self._note(note)
         for applies, text in (
-            (self.how, self.how),
+            (self.grouping_note, self.grouping_note),
             (loaded.not_searched, f"not searched: {listed(loaded.not_searched)}; name such a folder to search it"),
             (loaded.skipped, f"{plural(loaded.skipped, 'file')} of other formats skipped"),
             (loaded.parts, _parts(loaded.parts)),
@@ -497,14 +512,16 @@ class _Check:
         ):
             if applies:
                 self._note(text)
-        gone = 0 if self.known is None else self.known.gone(each.path for each in self.reports)
-        if self.known is not None and gone and not loaded.problems:
+        gone = 0 if self.baseline is None else self.baseline.gone(each.path for each in self.reports)
+        if self.baseline is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
-            self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+            self._note(f"{entries} of {self.baseline.path} found no more; write it anew with --write-baseline")
         if self.fixes:
-            from cqos_core.cli.fixing import ended
+            from cqos_core.cli.check_fixes import fix_summary
 
-            for text in ended(self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff):
+            for text in fix_summary(
+                self.fixes, options_given(click.get_current_context()), write=not self.options.show_diff
+            ):
                 self._note(text)
 
     def _note(self, text: str) -> None:
@@ -527,7 +544,7 @@ def _parts(parts: Mapping[str, str]) -> str:
     return "".join(f"{path} is checked as part of {whole}, which includes it" for path, whole in parts.items())
 
 
-def _nothing(path: str, endpoints: int) -> str:
+def _nothing_checked(path: str, endpoints: int) -> str:
     if not endpoints:
         return f"{path}: {NO_ENDPOINT}"
     return f"{path}: none of its {plural(endpoints, 'endpoint')} could be checked, see the findings"

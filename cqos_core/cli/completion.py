@@ -9,8 +9,8 @@ from typing import Any, Final
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
+from cqos_core.cli.console import emit
 from cqos_core.cli.parameters import AssignmentType, Registered, debug_option
-from cqos_core.cli.streams import emit
 from cqos_core.model.codes import CODES
 from cqos_core.plugins import load_plugins
 
@@ -19,7 +19,7 @@ VARIABLE: Final = "_CQOS_COMPLETE"
 _FILES: Final = frozenset({"DIR", "FILE", "LOG", "PACK", "PATH", "SOURCE"})
 
 _Word = tuple[str, str]
-"""What may come next, and what it means."""
+"""A completion with its description."""
 
 
 @click.command(
@@ -47,7 +47,7 @@ def completion(ctx: click.Context, *, shell: str) -> None:
 
 
 class _KnownWords(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
-    """Words that are known when a shell asks for them."""
+    """A parameter whose values are looked up when a shell completes it."""
 
     name = "text"
 
@@ -56,14 +56,14 @@ class _KnownWords(click.ParamType):  # type: ignore[type-arg]  # generic since c
         self._words, self._listed = words, listed
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002 - click's signature
-        """Return the words that begin so, whatever their case."""
+        """Return the words that begin with ``incomplete``, ignoring case."""
         head, comma, start = incomplete.rpartition(",") if self._listed else ("", "", incomplete)
         words = sorted(each for each in self._words() if each[0].lower().startswith(start.lower()))
         return [CompletionItem(f"{head}{comma}{word}", help=" ".join(about.split())) for word, about in words]
 
 
-def knowing(command: click.Command) -> click.Command:
-    """Return a command that completes what its parameters take."""
+def with_completion(command: click.Command) -> click.Command:
+    """Return the command with shell completion for the values of its parameters."""
     for param in command.params:
         param.type = _type_of(param)
     return command

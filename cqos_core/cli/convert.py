@@ -1,4 +1,4 @@
-"""``cqos convert``: a system, or only its fixes, written in another form."""
+"""``cqos convert``: write a system, or only its fixes, in another form."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from cqos_core.cli import UNUSABLE
+from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import WrongUsageError, say_error, wrong_usage
+from cqos_core.cli.exit_codes import UNUSABLE
+from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import prepare_reader
+from cqos_core.cli.outputs import blame_plugin, check_output_paths
 from cqos_core.cli.parameters import (
     Registered,
     color_option,
@@ -18,11 +23,8 @@ from cqos_core.cli.parameters import (
     weaken_option,
 )
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError, refused, say_error
-from cqos_core.cli.sinks import check_targets, written_by
-from cqos_core.cli.streams import emit, say, write_file
-from cqos_core.files.folders import write_folder
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
+from cqos_core.files.folder_writer import write_folder
 from cqos_core.model.finding import plural
 from cqos_core.packs.export import ExportContext, Exported
 from cqos_core.plugins import load_plugins
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.analysis.system_fixes import FixedSystem
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.model.system import System
     from cqos_core.plugins import ExporterInfo
 
@@ -85,16 +87,16 @@ def convert(
       cqos convert system.yaml --to qos_overrides --fix
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if change_program and not fix:
-        raise RefusedError("--change-program has no effect without --fix", "write --fix too")
+        raise WrongUsageError("--change-program has no effect without --fix", "write --fix too")
     if weaken and not fix:
-        raise RefusedError("--weaken has no effect without --fix", "write --fix too")
+        raise WrongUsageError("--weaken has no effect without --fix", "write --fix too")
     info = load_plugins().exporters[exporter]
     chosen = _settings(info, settings)
-    reader = prepare(reading, paths)
-    check_targets("--output", [] if output is None else [output], paths)
-    system, _ = reader.one(paths, color)  # half of a system would pass for the whole of it
+    reader = prepare_reader(reading, paths)
+    check_output_paths("--output", [] if output is None else [output], paths)
+    system, _ = reader.read_system(paths, color)  # half of a system would pass for the whole of it
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
-    check_targets("--output", [] if output is None else [output], read)
+    check_output_paths("--output", [] if output is None else [output], read)
     fixed = None
     if fix:
         from cqos_core.analysis.system_fixes import fix_system
@@ -132,9 +134,9 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
         name, equals, value = text.partition("=")
         if name not in choices or not equals:
             advice = nearest(name, choices) if choices else "leave --set out: it has no settings"
-            raise refused("--set", f"{info.name} has no setting `{text}`", advice)
+            raise wrong_usage("--set", f"{info.name} has no setting `{text}`", advice)
         if value not in choices[name]:
-            raise refused("--set", f"`{name}` is not `{value}`", f"write one of {', '.join(choices[name])}")
+            raise wrong_usage("--set", f"`{name}` is not `{value}`", f"write one of {', '.join(choices[name])}")
         chosen[name] = value
     return chosen
 
@@ -142,13 +144,13 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
 def _export(
     info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], fixed: FixedSystem | None
 ) -> Exported:
-    """Let the exporter write.
+    """Run the exporter.
 
     Raises:
         CqosError: the exporter is a plugin's and failed, or returned what cannot be written.
     """
     where, changed = reader.context, None if fixed is None else fixed.changed
-    with written_by("exporters", info.name):
+    with blame_plugin("exporters", info.name):
         exported: object = info.load()(
             system, ExportContext(where.find_pack, where.default_protocol, settings, changed, where.find_rule)
         )
@@ -160,7 +162,7 @@ def _export(
 
 
 def _say_fixed(fixed: FixedSystem, color: str) -> bool:
-    """Say what was changed and what was not; return whether anything was."""
+    """Print which errors were fixed and which were not; return whether any was fixed."""
     for error in fixed.left:
         say(f"still there: {error.message} ({error.code})", severity="warning", choice=color)
     for each in fixed.applied:

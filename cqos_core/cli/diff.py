@@ -1,4 +1,4 @@
-"""``cqos diff``: what two systems say differently."""
+"""``cqos diff``: list the differences of two systems."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.analysis.differences import compare
-from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.console import colored, emit, width
+from cqos_core.cli.errors import WrongUsageError, say_error
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import is_usable, prepare_reader
 from cqos_core.cli.parameters import against_option, color_option, debug_option, fail_on_option, form_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options, usable
-from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.streams import colored, emit, width
-from cqos_core.files.opening import STDIN
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
 from cqos_core.files.revisions import at_same_paths
+from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.differences import diff_as_json, diff_as_text
 
 if TYPE_CHECKING:
@@ -68,15 +69,15 @@ def diff(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     path_a, path_b = old, " ".join(paths)
     if STDIN in paths and old == STDIN:
-        raise RefusedError("both systems are standard input", "write the path of one of them", ctx)
-    reader = prepare(reading, (old, *paths))
+        raise WrongUsageError("both systems are standard input", "write the path of one of them", ctx)
+    reader = prepare_reader(reading, (old, *paths))
     with Progress("reading"):
         loaded = [reader.load(each) for each in (at_same_paths(old, paths), paths)]
         named = (old, *paths)
         pairs = zip(loaded, (path_a, path_b), strict=True)
-        if not all([usable(each, color, path, named=named) for each, path in pairs]):  # noqa: C419 - say all
+        if not all([is_usable(each, color, path, named=named) for each, path in pairs]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
-        one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)
+        one, other = (reader.merged([system for _, system in each.systems]) for each in loaded)
         found = compare(one, other, reader.context, topics, ignored)
     empty = [path for path, system in ((path_a, one), (path_b, other)) if not system.endpoints]
     for path in empty:

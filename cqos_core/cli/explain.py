@@ -1,4 +1,4 @@
-"""``cqos explain``: whether one pair fits, why, and what to write."""
+"""``cqos explain``: explain the verdict of one pair, and what to change."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ import click
 
 from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.console import colored, emit, say, width
+from cqos_core.cli.errors import WrongUsageError, say_error
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import prepare_reader
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option, show_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.streams import colored, emit, say, width
-from cqos_core.files.opening import STDIN
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
+from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.pair import SECTIONS, endpoints_as_json, endpoints_as_text, pair_as_json, pair_as_text
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.finding import Severity
@@ -86,16 +87,16 @@ def explain(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if show and (log is not None or chains or budgets):
         what = "--show is about a pair, and goes with neither --log, --chains nor --budgets"
-        raise RefusedError(what, "leave --show out", ctx)
+        raise WrongUsageError(what, "leave --show out", ctx)
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
 
         explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
     if not arguments:
-        raise RefusedError("PATH... is missing", ctx=ctx)
+        raise WrongUsageError("PATH... is missing", ctx=ctx)
     paths, ids = (arguments, ()) if chains or budgets else _split(arguments)
-    reader = prepare(reading, paths)
-    system, loaded = reader.one(paths, color, partly=True)
+    reader = prepare_reader(reading, paths)
+    system, loaded = reader.read_system(paths, color, partly=True)
     system = with_profiles_tried(system, reader.protocol)
     if chains or budgets:
         from cqos_core.formatters.time_and_budgets import explain_time
@@ -125,7 +126,7 @@ def explain(
 
 
 def _style(system: System, color: str, importer: str | None) -> Style:
-    from cqos_core.files.applying import replacements_of
+    from cqos_core.files.edited_files import replacements_of
 
     return Style(
         show=Severity.NOTE,
@@ -138,17 +139,17 @@ def _style(system: System, color: str, importer: str | None) -> Style:
 
 
 def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Tell paths from ids: the last two are ids unless there are too few, or all of them are paths."""
+    """Split arguments into paths and two ids. Without ids, all arguments are paths."""
     if len(arguments) == 1 or all(each == STDIN or os.path.exists(each) for each in arguments):  # noqa: PTH110
         return arguments, ()
     if len(arguments) == 2:  # noqa: PLR2004 - a path and half of the ids
         what = f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's"
-        raise RefusedError(what, f"`cqos explain {arguments[0]}` lists them")
+        raise WrongUsageError(what, f"`cqos explain {arguments[0]}` lists them")
     return arguments[:-2], arguments[-2:]
 
 
 def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
-    """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
+    """Return publisher and subscriber, in whichever order they are named; print errors and return None if one is not found."""
     found = pair_named(ids, endpoints)
     for error in found if isinstance(found, list) else ():
         say_error(error.what, error.help)
@@ -156,7 +157,7 @@ def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved
 
 
 def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolved]:
-    """Of more endpoints than a screen holds, those on topics of the ones that ``ids`` name, or nearly name."""
+    """Return the endpoints to list below an error: all, or if they fill more than a screen, those on topics with a similar id."""
     if len(endpoints) <= _SCREEN:
         return endpoints
     from difflib import get_close_matches
@@ -168,6 +169,6 @@ def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolve
 
 
 def _report(pair: PairReport, publisher: Resolved, subscriber: Resolved) -> Report:
-    """Put the pair into the form that formatters take."""
+    """Return a report of the pair alone."""
     group = Group(publisher.shown, (publisher.id,), (subscriber.id,), pair.verdict, publisher.pack.id)
     return Report(pair.verdict, (group,), pair.findings, endpoints=2, topics=1, assumed=pair.assumed)

@@ -1,4 +1,4 @@
-"""``cqos explain --log``: what running programs print about incompatible endpoints, explained."""
+"""``cqos explain --log``: explain log lines about incompatible endpoints."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, NoReturn
 
 from cqos_core.analysis.runtime_logs import LogExplanation, explain_alone, explain_mismatches
-from cqos_core.cli import CLEAN, FINDINGS
+from cqos_core.cli.console import colored, emit, width
+from cqos_core.cli.errors import WrongUsageError
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS
+from cqos_core.cli.input_reader import InputReader, prepare_reader
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import InputReader, ReadingOptions, prepare
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.streams import colored, emit, width
-from cqos_core.files.opening import STDIN, STDIN_NAME
-from cqos_core.formatters.misfits import misfits_as_json, misfits_as_text
+from cqos_core.files.source_files import STDIN, STDIN_NAME
+from cqos_core.formatters.log_mismatches import mismatches_as_json, mismatches_as_text
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Group, Report
@@ -25,15 +25,17 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     import click
 
+    from cqos_core.cli.reading_options import ReadingOptions
+
 
 def explain_log(
     ctx: click.Context, *, log: str, paths: tuple[str, ...], reading: ReadingOptions, form: str, color: str
 ) -> NoReturn:
     """Read a log, explain it by the system in ``paths``, if there is one, and exit."""
     if log == STDIN and STDIN in paths:
-        raise RefusedError("the log and a path are both standard input", "write the path of one of them", ctx)
-    reader = prepare(reading, paths)
-    system = reader.one(paths, color)[0] if paths else None
+        raise WrongUsageError("the log and a path are both standard input", "write the path of one of them", ctx)
+    reader = prepare_reader(reading, paths)
+    system = reader.read_system(paths, color)[0] if paths else None
     with Progress("reading"):
         occurrences, lines = _read(log, reader)
         if system is None:
@@ -49,9 +51,9 @@ def explain_log(
     )
     report = _report(explained)
     emit(
-        misfits_as_json(explained, log, lines, report, style)
+        mismatches_as_json(explained, log, lines, report, style)
         if form == "json"
-        else misfits_as_text(explained, log, lines, system, report, style)
+        else mismatches_as_text(explained, log, lines, system, report, style)
     )
     ctx.exit(FINDINGS if explained else CLEAN)
 
@@ -62,7 +64,7 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
     try:
         if log == STDIN:
             if sys.stdin is None:
-                raise RefusedError("`--log -` reads standard input, which is closed", "write the path of the log")
+                raise WrongUsageError("`--log -` reads standard input, which is closed", "write the path of the log")
             return read_mismatches(STDIN_NAME, sys.stdin.buffer, readers)
         with open(log, "rb") as stream:  # noqa: PTH123 - any text may be given
             return read_mismatches(log, stream, readers)
@@ -72,7 +74,7 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
 
 
 def _report(explained: Sequence[LogExplanation]) -> Report:
-    """Put the pairs that are meant and their findings into the form that formatters take."""
+    """Return a report of the pairs that the log lines are about."""
     pairs = dict.fromkeys(pair for each in explained for pair in each.pairs)
     findings = {id(finding): finding for each in explained for finding in each.findings}
     protocol = explained[0].occurrence.misfit.protocol if explained else ""

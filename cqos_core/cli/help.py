@@ -1,4 +1,4 @@
-"""``--help``, which fits on a screen, and ``--help-all``, which has everything."""
+"""``--help``, which fits on a screen, and ``--help-all``, which lists all options."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LISTED: Final = 14  # commands with their summaries
 
 
 def usual(*names: str) -> Callable[[F], F]:
-    """Name the options that ``--help`` describes where it has no room for all; one that is not installed is left out."""
+    """Name the options that the short ``--help`` describes; those that are not installed are left out."""
 
     def mark(function: F) -> F:
         setattr(function, _USUAL, names)
@@ -40,14 +40,14 @@ def _show(text: Callable[[click.Context], str]) -> Callable[[click.Context, clic
 
 
 def with_help(command: click.Command) -> click.Command:
-    """Return a command with both options; the one that is handed in stays as it is."""
+    """Return a copy of a command that has ``--help`` and ``--help-all``."""
     command = copy.copy(command)
     command.params = [*command.params, *help_options()]
     return command
 
 
 def help_options() -> Iterator[click.Option]:
-    """Yield both options."""
+    """Yield the options ``--help`` and ``--help-all``."""
     for names, text, said in (
         (["--help", "-h"], short_help, "Show the usual options."),
         (["--help-all"], click.Context.get_help, "Show all options and the exit codes."),
@@ -56,7 +56,7 @@ def help_options() -> Iterator[click.Option]:
 
 
 def short_help(ctx: click.Context) -> str:
-    """Return the help of a command, or what fits of it on a screen."""
+    """Return the help of a command, shortened to a screen."""
     whole, rows = ctx.get_help(), [_row(each, ctx) for each in _usual(ctx.command)]
     if whole.count("\n") < SCREEN:
         return whole

@@ -1,4 +1,4 @@
-"""``cqos init``: a commented configuration for what lies in a folder."""
+"""``cqos init``: write a commented configuration for a folder."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from pathlib import Path
 import click
 
 from cqos_core import config
+from cqos_core.cli.console import emit, say
+from cqos_core.cli.file_output import write_new_file
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.streams import emit, say, write_new_file
-from cqos_core.files.loading import Loaded, load_paths, protocols_of
+from cqos_core.files.importer_choice import protocols_of
+from cqos_core.files.path_loader import Loaded, load_paths
 from cqos_core.formatters.configuration import configuration
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import CqosError

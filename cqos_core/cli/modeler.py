@@ -1,4 +1,4 @@
-"""``cqos modeler``: the page in which a person draws a system, with its own service."""
+"""``cqos modeler``: serve the page for drawing systems, on this machine only."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Final
 
 import click
 
+from cqos_core.cli.console import say
 from cqos_core.cli.parameters import debug_option, packs_option
-from cqos_core.cli.streams import say
 from cqos_core.model.problems import CqosError
 
 _HERE: Final = "127.0.0.1"
@@ -38,9 +38,9 @@ def modeler(files: tuple[str, ...], port: int, pack_files: tuple[str, ...], *, n
       cqos modeler examples/smart_agriculture.bpmn
       cqos modeler drone.bpmn station.bpmn
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    from cqos_core.cli.reading import install_packs
+    from cqos_core.cli.pack_files import install_packs
     from cqos_core.service.modeler_state import port_secret, run_key, user_secret
-    from cqos_core.service.process import serve
+    from cqos_core.service.server_process import serve
     from cqos_core.service.settings import Limits, Settings, new_key
 
     for each in map(Path, files):

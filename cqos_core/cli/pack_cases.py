@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.console import emit
+from cqos_core.cli.errors import WrongUsageError
+from cqos_core.cli.pack_files import read_packs
 from cqos_core.cli.parameters import debug_option
-from cqos_core.cli.reading import read_packs
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.streams import emit
 from cqos_core.model.problems import CqosError
 from cqos_core.model.suggestions import listed
 from cqos_core.plugins import load_plugins
@@ -48,7 +48,7 @@ def test_pack(*, pack: str, cases: tuple[str, ...]) -> None:
     judged, given = _pack(pack)
     folders = cases or (str(Path(pack).parent / _FOLDER),)
     if not cases and not Path(folders[0]).is_dir():
-        raise RefusedError(f"there is no folder `{folders[0]}`", f"name the case files of pack `{pack}`")
+        raise WrongUsageError(f"there is no folder `{folders[0]}`", f"name the case files of pack `{pack}`")
     found = [case for folder in folders for case in load_cases(folder, judged.id)]
     failed = list(_failures(found, given))
     lines = [*failed, *_one_sided(judged, found)]
@@ -59,12 +59,12 @@ def test_pack(*, pack: str, cases: tuple[str, ...]) -> None:
 
 
 def _pack(name: str) -> tuple[RulePack, Sequence[RulePack]]:
-    """Return the pack to test, and those that a check is given beside the installed ones."""
+    """Return the pack to test, and the packs that checks need beside the installed ones."""
     plugins = load_plugins()
     if name in plugins.packs and not Path(name).is_file():
         installed = plugins.pack(name)
         if installed is None:
-            raise RefusedError(f"rule pack `{name}` is installed and cannot be loaded", "`cqos packs` says why")
+            raise WrongUsageError(f"rule pack `{name}` is installed and cannot be loaded", "`cqos packs` says why")
         return replace(installed, validated=False), ()
     (pack,) = packs = read_packs((name,))
     return pack, packs
@@ -81,7 +81,7 @@ def _failures(cases: Iterable[Case], packs: Sequence[RulePack]) -> Iterator[str]
 
 
 def _one_sided(pack: RulePack, cases: Sequence[Case]) -> Iterator[str]:
-    """Name the rules that no case expects to report, and those that no case expects to be silent."""
+    """Yield the rules without a case in which they report, and those without a case in which they are silent."""
     silent = {case.rule for case in cases if case.content["expect"] == "ok"}
     reported = {case.rule for case in cases if case.content["expect"] != "ok"}
     for what, tried in (("reports", reported), ("is silent", silent)):

@@ -1,9 +1,13 @@
-"""``cqos packs``: what is installed."""
+"""``cqos packs``: list rule packs and plugins, or describe one pack."""
 
 from __future__ import annotations
 
 import click
 
+from cqos_core.cli.console import emit, width
+from cqos_core.cli.errors import WrongUsageError, wrong_usage
+from cqos_core.cli.outputs import blame_plugin
+from cqos_core.cli.pack_files import packs_here
 from cqos_core.cli.parameters import (
     Registered,
     Run,
@@ -13,10 +17,6 @@ from cqos_core.cli.parameters import (
     packs_option,
     refuse_absent,
 )
-from cqos_core.cli.reading import packs_here
-from cqos_core.cli.refusals import RefusedError, refused
-from cqos_core.cli.sinks import written_by
-from cqos_core.cli.streams import emit, width
 from cqos_core.formatters.inventory import inventory, inventory_as_text, pack_as_text
 from cqos_core.formatters.json_report import versioned
 from cqos_core.packs.catalogue import describe_pack
@@ -54,7 +54,7 @@ def packs(
     plugins = load_plugins()
     extra = {pack.id: pack for pack in packs_here(pack_files)}
     if pack_id is None and language is not None:
-        raise RefusedError(
+        raise WrongUsageError(
             "--as needs the ID of a rule pack", "write `cqos packs ID --as …`; `cqos packs` lists the IDs", ctx
         )
     if pack_id is None:
@@ -67,9 +67,9 @@ def packs(
             refuse_absent("packs", pack_id, f"the rule pack `{pack_id}`")
         unknown = f"there is no rule pack `{pack_id}`"
         advice = "" if reasons else nearest(pack_id, (*extra, *plugins.packs))
-        raise refused("ID", reasons[0] if reasons else unknown, advice)
+        raise wrong_usage("ID", reasons[0] if reasons else unknown, advice)
     if language is not None:
-        with written_by("translators", language):
+        with blame_plugin("translators", language):
             emit(plugins.translators[language].load()(pack))
         return
     emit(versioned(describe_pack(pack)) if form == "json" else pack_as_text(pack, width()))

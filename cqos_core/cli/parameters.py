@@ -1,4 +1,4 @@
-"""Parameters that several commands share, and kinds of values that say what is allowed where they refuse."""
+"""Options that several commands share, and their types. A refused value names the allowed ones."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 import click
 
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.streams import COLOR_CHOICES
+from cqos_core.cli.console import COLOR_CHOICES
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.source import VARIABLES
@@ -18,14 +18,14 @@ from cqos_core.plugins import load_plugins
 F = TypeVar("F", bound="Callable[..., Any]")
 
 READS_SYSTEMS = "reads_systems"
-"""The attribute of functions of commands that read systems, and so take the options that importers declare."""
+"""The attribute that marks functions of commands which read systems; these take the options of importers."""
 
 
 _FEW = 40
 
 
 def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
-    """Return the advice for an unknown ``name``: the one of ``known`` that is near, and all where they are few."""
+    """Return advice for an unknown ``name``: a similar one of ``known``, and the whole list where it is short."""
     from cqos_core.model import spelling
 
     names = sorted(known)
@@ -35,7 +35,7 @@ def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
 
 
 def refuse_absent(kind: str, name: str, what: str) -> None:
-    """Refuse a name of a kind that plugins register, where what brings it is not installed; ``what`` is it in words.
+    """Refuse a name whose distribution is not installed; ``what`` describes it in the message.
 
     Raises:
         MissingError: with the line that installs it.
@@ -51,7 +51,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
     """The name of something that plugins register."""
 
     def __init__(self, kind: str, metavar: str = "") -> None:
-        """Take names of one kind, ``formatters``, and show ``metavar`` in place of all of them."""
+        """Accept registered names of one kind, such as ``formatters``; help shows ``metavar`` in place of the list."""
         self.kind = kind
         self.name = {"formatters": "format"}.get(kind, kind.removesuffix("s"))
         self.metavar = metavar
@@ -61,7 +61,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
         known = getattr(load_plugins(), self.kind)
         if value not in known:
             refuse_absent(self.kind, value, f"the {self.name} `{value}`")
-            raise RefusedError(f"there is no {self.name} `{value}`", nearest(value, known), ctx, param)
+            raise WrongUsageError(f"there is no {self.name} `{value}`", nearest(value, known), ctx, param)
         return value
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -70,7 +70,7 @@ class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since cl
 
 
 class Assignment(NamedTuple):
-    """``owner.name=value``, taken apart."""
+    """The parts of ``owner.name=value``."""
 
     owner: str
     name: str
@@ -85,7 +85,7 @@ _ASSIGNMENT = regular_expression(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<va
 
 
 class AssignmentType(click.ParamType):  # type: ignore[type-arg]
-    """``ros2.rmw=cyclonedds``: what it is of, its name, and the value it takes."""
+    """The type of options such as ``ros2.rmw=cyclonedds``."""
 
     name = "assignment"
 
@@ -94,12 +94,14 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
         self.form, self.example, self.owner = form, example, owner
 
     def convert(self, value: str | Assignment, param: click.Parameter | None, ctx: click.Context | None) -> Assignment:
-        """Take the text apart."""
+        """Split the text into its parts."""
         if isinstance(value, Assignment):
             return value
         match = (_VARIABLE if self.owner else _ASSIGNMENT).fullmatch(value.strip())
         if match is None:
-            raise RefusedError(f"`{value}` is not of the form {self.form}", f"for instance {self.example}", ctx, param)
+            raise WrongUsageError(
+                f"`{value}` is not of the form {self.form}", f"for instance {self.example}", ctx, param
+            )
         return Assignment(**{"owner": self.owner, **match.groupdict()})
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
@@ -109,11 +111,11 @@ class AssignmentType(click.ParamType):  # type: ignore[type-arg]
 
 @dataclass(slots=True)
 class Run:
-    """One run of the command; click hands it on as ``ctx.obj``.
+    """State of one run of the command, in ``ctx.obj``.
 
     Attributes:
         debug: show tracebacks of internal errors.
-        silent: do not speak of broken plugins.
+        silent: print no warning about broken plugins.
         arguments: the command line.
     """
 
@@ -121,8 +123,8 @@ class Run:
     silent: bool = False
     arguments: tuple[str, ...] = ()
 
-    def debug_from_now_on(self) -> None:
-        """Show tracebacks, also of errors that become mere words."""
+    def enable_debug(self) -> None:
+        """Show tracebacks, also of errors that are reported as messages."""
         if not self.debug:
             import logging
 
@@ -134,7 +136,7 @@ class Run:
 
 def _debug(ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's signature
     if value and isinstance(run := ctx.find_root().obj, Run):
-        run.debug_from_now_on()
+        run.enable_debug()
 
 
 debug_option = click.option(

@@ -9,7 +9,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.cli.streams import is_terminal, width
+from cqos_core.cli.console import is_terminal, width
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -20,13 +20,13 @@ _BAR: Final = 24
 
 
 class Progress:
-    """Draws how far the work is on standard error, from a thread of its own, and wipes it away at the end.
+    """Draws progress on standard error in a thread of its own, and erases it at the end.
 
     Nothing is drawn where standard error is no terminal, or before a second has passed.
     """
 
     def __init__(self, label: str = "", *, quiet: bool = False) -> None:
-        """Begin a kind of work: ``reading``; draw nothing at all if ``quiet``."""
+        """Begin with a label such as ``reading``; draw nothing if ``quiet``."""
         self._wanted = not quiet and is_terminal(sys.stderr) and os.environ.get("TERM") != "dumb"
         self._drawn = 0
         self._over = threading.Event()
@@ -45,11 +45,11 @@ class Progress:
             self._draw("")
 
     def start(self, label: str) -> None:
-        """Begin another kind of work: ``reading``, ``checking``."""
+        """Begin the next stage, with its label."""
         self._label, self._done, self._all = label, 0, 0
 
     def step(self, done: int, of: int) -> None:
-        """Say how much of the work is done."""
+        """Set how much of the work is done."""
         self._done, self._all = done, of
 
     def _run(self) -> None:

@@ -1,4 +1,4 @@
-"""The pytest plugin: findings as the explanation of a failed assertion, and system files as tests.
+"""The pytest plugin: system files are tests, and failed assertions about reports show the findings.
 
 pytest loads this module in every run, so it imports nothing else of C-QoS until a test uses it.
 """
@@ -82,7 +82,7 @@ def _reports(trace: TracebackType) -> list[Report | PairReport]:
 
     while trace.tb_next is not None:
         trace = trace.tb_next
-    # pytest keeps what it took an assertion apart into among the local values.
+    # pytest keeps the parts of a rewritten assertion among the local variables.
     held = {id(value): value for value in trace.tb_frame.f_locals.values()}.values()
     return [
         value

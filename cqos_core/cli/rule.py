@@ -1,4 +1,4 @@
-"""``cqos rule``: what a code means."""
+"""``cqos rule``: explain a rule or code."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.console import emit, width
+from cqos_core.cli.errors import wrong_usage
+from cqos_core.cli.pack_files import packs_here
 from cqos_core.cli.parameters import debug_option, nearest, one_format_option, packs_option
-from cqos_core.cli.reading import packs_here
-from cqos_core.cli.refusals import refused
-from cqos_core.cli.streams import emit, width
 from cqos_core.packs.catalogue import describe_code, describe_rule
 from cqos_core.packs.rule_docs import as_markdown, as_text, code_page, find, names, rule_page
 from cqos_core.plugins import load_plugins
@@ -42,7 +42,9 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     found = find(code, packs)
     if found is None:
         near = nearest(code, names(packs))
-        raise refused("CODE", f"there is no rule or code `{code[:60]}`", f"{near} `cqos packs ID` lists rules".strip())
+        raise wrong_usage(
+            "CODE", f"there is no rule or code `{code[:60]}`", f"{near} `cqos packs ID` lists rules".strip()
+        )
     emit(_as_json(found) if form == "json" else _page(found, form))
 
 

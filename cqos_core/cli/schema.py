@@ -1,4 +1,4 @@
-"""``cqos schema``: for editors."""
+"""``cqos schema``: print the JSON schema of system files."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 
 import click
 
+from cqos_core.cli.console import emit
 from cqos_core.cli.parameters import debug_option
-from cqos_core.cli.streams import emit
 
 
 @click.command(epilog="Exit codes: 0 printed; 2 wrong usage; 3 internal error.")

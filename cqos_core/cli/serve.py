@@ -10,9 +10,9 @@ from typing import Any, Final, TypeAlias
 
 import click
 
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import CONFIG, debug_option, nearest, no_config_option
-from cqos_core.cli.refusals import RefusedError
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
 
 _Decorator: TypeAlias = "Callable[[Callable[..., Any]], Callable[..., Any]]"
@@ -26,7 +26,7 @@ _FILES: Final = frozenset({"token_file", "tls_cert", "tls_key", "tls_client_ca",
 
 
 def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
-    """Take defaults of the other options from ``[serve]`` of the configuration."""
+    """Set defaults of the other options from ``[serve]`` of the configuration."""
     # It comes with the forms of the YAML importer, which `--help` does not need.
     from cqos_core.config import config_for, load_config
     from cqos_core.language.domains import Names
@@ -41,7 +41,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     for name, setting in config.serve.items():
         option, at = options.get(name), setting.place or config.path
         if option is None or option.name is None:
-            raise RefusedError(f"{at}: `cqos serve` has no option `{name}`", nearest(name, options), ctx)
+            raise WrongUsageError(f"{at}: `cqos serve` has no option `{name}`", nearest(name, options), ctx)
         folder = Path(setting.place.source).parent if name in _FILES and setting.place is not None else None
         texts = Names().parse(setting.text) if option.multiple else (setting.text,)
         beside = tuple(text if folder is None else str(folder / text) for text in texts)
@@ -49,13 +49,13 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
         try:
             option.type_cast_value(ctx, defaults[option.name])
         except click.BadParameter as error:
-            raise RefusedError(f"{at}: `{name}`: {error.message}", getattr(error, "help", ""), ctx) from None
+            raise WrongUsageError(f"{at}: `{name}`: {error.message}", getattr(error, "help", ""), ctx) from None
     ctx.default_map = defaults
     return value
 
 
 def _number(name: str, kind: Any, default: float | None, text: str | None) -> _Decorator:
-    """Return the option of a number, whose default help shows if it has one."""
+    """Return an option for a number; help shows its default."""
     return click.option(name, type=kind, default=default, show_default=default is not None, help=text)
 
 
@@ -100,7 +100,7 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
     metavar="URL",
     multiple=True,
     envvar=f"{_PREFIX}_ORIGIN",
-    help="A page from there may call the door for browsers, for instance https://example.org. Can be repeated.",
+    help="Pages of this origin may call the server for browsers, for instance https://example.org. Can be repeated.",
 )
 @click.option(
     "--token-file",
@@ -203,8 +203,8 @@ def serve(pack_files: tuple[str, ...], **given: Any) -> None:
       cqos serve --listen 127.0.0.1:0 --web 127.0.0.1:8080
       cqos serve --listen 0.0.0.0:50051 --tls-cert cert.pem --tls-key key.pem --token-file tokens
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    from cqos_core.cli.reading import install_packs
-    from cqos_core.service.process import serve as run
+    from cqos_core.cli.pack_files import install_packs
+    from cqos_core.service.server_process import serve as run
 
     install_packs(pack_files)
     run(settings_from(given, os.environ.get(_TOKEN)))
@@ -232,7 +232,7 @@ _RENAMED_LIMITS: Final = {
 
 
 def settings_from(given: dict[str, Any], token: str | None) -> Settings:
-    """Return the settings that the options ask for."""
+    """Return the settings for the values of the options."""
     # Click gives options in the order of the command line: `--workers` must not take the name of `--heavy-workers`.
     limits = {_RENAMED_LIMITS.get(name, name): value for name, value in given.items() if name not in _RENAMED}
     others = {_RENAMED.get(name, name): value for name, value in given.items()}

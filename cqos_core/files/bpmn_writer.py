@@ -1,4 +1,4 @@
-"""Writes QoS into the BPMN document that states it: words of the published form; everything else in it stays."""
+"""Writes QoS into the BPMN document that states it, as attributes of the published form. The rest of the document stays."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.bpmn.names import POLICY_NAMES
 from cqos_core.bpmn.rewriting import Diagram
-from cqos_core.files.exporting import judged
+from cqos_core.files.export import ExportEndpoint, export_input
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Cases
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.bpmn.rewriting import Tag
-    from cqos_core.files.exporting import Judged
     from cqos_core.language.policy import Policy
     from cqos_core.model.settings import Setting
     from cqos_core.model.system import System
@@ -34,7 +33,7 @@ _Values: TypeAlias = "dict[int, str | None]"
 
 def write(system: System, context: ExportContext) -> Exported:
     """Return the document with the QoS of its events as attributes in words, or only with what fixes changed."""
-    found, notes = diagram_of(system, judged(system, context).endpoints)
+    found, notes = diagram_of(system, export_input(system, context).endpoints)
     if found is None:
         return Exported("", 0, tuple(notes))
     diagram, elements = found
@@ -50,11 +49,11 @@ def write(system: System, context: ExportContext) -> Exported:
 
 
 def diagram_of(
-    system: System, endpoints: Iterable[Judged]
-) -> tuple[tuple[Diagram, dict[str, list[Judged]]] | None, dict[str, None]]:
-    """Return the one BPMN document of a system with the endpoints of each element, and notes on what it does not hold."""
+    system: System, endpoints: Iterable[ExportEndpoint]
+) -> tuple[tuple[Diagram, dict[str, list[ExportEndpoint]]] | None, dict[str, None]]:
+    """Return the one BPMN document of a system with the endpoints of each element, and notes on endpoints that stand elsewhere."""
     notes: dict[str, None] = {}
-    by_source: dict[str, dict[str, list[Judged]]] = {}
+    by_source: dict[str, dict[str, list[ExportEndpoint]]] = {}
     others = 0
     for each in endpoints:
         place = each.endpoint.place
@@ -75,7 +74,7 @@ def diagram_of(
 
 
 def restate(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect | None, values: _Values) -> None:
-    """Give an element the attributes for ``values``, and remove what else stated the same policies in it."""
+    """Set the attributes of an element to ``values``, and remove other statements of the same policies in it."""
     attributes: dict[str, str | None] = {}
     missing = {index: text for index, text in values.items() if text is not None}
     for name, there in tag.attributes.items():
@@ -92,7 +91,7 @@ def restate(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect | None,
 
 
 def _remove_repetitions(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect | None, values: _Values) -> None:
-    """Remove ``qos:policy`` and properties that state one of the policies, and what is then empty."""
+    """Remove ``qos:policy`` elements and properties that state one of the policies, and elements that become empty."""
     for extension in diagram.children(tag, "bpmn", "extensionElements"):
         gone: set[int] = set()
         for child in extension.children:
@@ -137,18 +136,18 @@ def _property_index(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect
     return pack.find(ENDPOINT, tag.attributes["name"].text.strip(), dialect)
 
 
-def _pack(endpoints: list[Judged]) -> tuple[RulePack, Dialect | None]:
+def _pack(endpoints: list[ExportEndpoint]) -> tuple[RulePack, Dialect | None]:
     pack = endpoints[0].parts[0].pack
     return pack, pack.dialects.get(DIALECT, pack.dialects.get("yaml"))
 
 
-def _stated(each: Judged, notes: dict[str, None]) -> _Values:
-    """Return the values that an element states, by policy; without those that are not known."""
+def _stated(each: ExportEndpoint, notes: dict[str, None]) -> _Values:
+    """Return the known values that an element states, by policy."""
     pack, dialect = _pack([each])
     found: _Values = {}
     open_cases = {s.unknown.assumption for s in each.endpoint.settings.values() if isinstance(s.unknown, Cases)}
     if open_cases:
-        # Some of its values rest on how others are written.
+        # Some of its values depend on an assumption about the file.
         notes[f"`{each.id}` stays as it is: it is open {' and '.join(sorted(open_cases))}"] = None
         return {}
     for name, setting in each.endpoint.settings.items():
@@ -163,7 +162,7 @@ def _stated(each: Judged, notes: dict[str, None]) -> _Values:
     return found
 
 
-def _changed(endpoints: list[Judged], context: ExportContext, notes: dict[str, None]) -> _Values:
+def _changed(endpoints: list[ExportEndpoint], context: ExportContext, notes: dict[str, None]) -> _Values:
     """Return the values that fixes changed; endpoints of one element have one value each."""
     pack, dialect = _pack(endpoints)
     found: _Values = {}
@@ -179,7 +178,7 @@ def _changed(endpoints: list[Judged], context: ExportContext, notes: dict[str, N
 
 
 def _text(policy: Policy, setting: Setting, read_as: Dialect | None, dialect: Dialect | None) -> str | None:
-    """Return a value in the words of a dialect, None for one that states nothing, and nothing for one that is invalid."""
+    """Return a value in the words of a dialect; None for a value that states nothing, an empty text for an invalid one."""
     plain = spelled(policy, setting.text, read_as)
     if plain is None:
         return None
@@ -190,7 +189,7 @@ def _text(policy: Policy, setting: Setting, read_as: Dialect | None, dialect: Di
 
 
 def _same(policy: Policy, old: str, new: str, dialect: Dialect | None) -> bool:
-    """Whether an attribute has a value already, in words."""
+    """Whether an attribute states a value in words already."""
     if dialect is not None and old.strip() in dialect.codes.get(policy.name, {}):
         return False
     plain = spelled(policy, old, dialect)
@@ -203,6 +202,6 @@ def _same(policy: Policy, old: str, new: str, dialect: Dialect | None) -> bool:
 
 
 def _attribute(pack: RulePack, dialect: Dialect | None, index: int) -> str:
-    """Return the attribute of a policy: as the published form calls it, or by its own name."""
+    """Return the attribute of a policy: its name in the published form, else its own name."""
     published = (name for name in POLICY_NAMES if pack.find(ENDPOINT, name, dialect) == index)
     return next(published, pack.policies[index].name)

@@ -1,4 +1,4 @@
-"""What the core itself ships, registered through the same hooks as anyone's plugin."""
+"""Registers the importers, exporters, formatters and commands of the core, by the hooks of plugins."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CLAIMS = "cqos_core.importers.format_detection"
 
 @hookimpl
 def register_importers(register: Callable[[ImporterInfo], None]) -> None:
-    """BPMN collaborations and the YAML (or JSON) system form."""
+    """Register the importers of BPMN and of system files."""
     register(
         ImporterInfo(
             "bpmn",
@@ -32,14 +32,14 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{_CLAIMS}:claims_yaml",
             "cqos_core.importers.yaml_system:read",
             whole=True,
-            inserter="cqos_core.files.editing:insert",
+            inserter="cqos_core.files.yaml_edits:insert",
         )
     )
 
 
 @hookimpl
 def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
-    """The YAML system form, and QoS in the BPMN document that states it."""
+    """Register the exporters of system files and of BPMN."""
     writer = "cqos_core.files.yaml_writer:write"
     register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
     summary = "a BPMN model with its QoS as attributes in words"
@@ -48,7 +48,7 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
 
 @hookimpl
 def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
-    """The output formats of ``cqos check``."""
+    """Register the output formats of ``cqos check``."""
     for name, summary in (
         ("text", "what is wrong, where and what to write, in at most eight lines per finding"),
         ("full", "one paragraph with excerpt and fixes per finding"),
@@ -71,7 +71,7 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
 
 @hookimpl
 def register_commands(register: Callable[[CommandInfo], None]) -> None:
-    """The subcommands of ``cqos``."""
+    """Register the subcommands of ``cqos``."""
     for name, summary in (
         ("check", "Check designs, and report each pair as compatible, incompatible or unknown."),
         ("explain", "Explain one publisher and one subscriber: whether they fit, why, and what to write."),

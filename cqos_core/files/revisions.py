@@ -1,4 +1,4 @@
-"""Inputs as they are in a revision of a git repository: ``designs#ref=main``, ``.git#ref=v1.2``."""
+"""Reads paths in revisions of a git repository: ``designs#ref=main``, ``.git#ref=v1.2``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from cqos_core.files.loading import FileOutcome, Loaded
+from cqos_core.files.path_loader import FileOutcome, Loaded
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.spelling import nearest
@@ -28,7 +28,7 @@ _OF_HOOKS: Final = frozenset({"GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT
 
 @dataclass(frozen=True, slots=True)
 class Revision:
-    """A path as it is in a revision of the repository that it lies in.
+    """A path in a revision of its git repository.
 
     Attributes:
         path: as written; ``.git`` at its end stands for the folder that has it.
@@ -66,7 +66,7 @@ def revision_of(text: str) -> Revision | None:
 
 
 def at_same_paths(text: str, paths: Sequence[str]) -> list[str]:
-    """Return what to compare ``paths`` with: ``.git#ref=main`` stands for the same paths in that revision.
+    """Return the paths to compare with: ``.git#ref=main`` stands for ``paths`` in that revision.
 
     Raises:
         CqosError: what follows ``#ref=`` is no name of a revision.
@@ -77,7 +77,7 @@ def at_same_paths(text: str, paths: Sequence[str]) -> list[str]:
 
 @contextmanager
 def checked_out(revision: Revision) -> Iterator[Path]:
-    """Return, for the time of the block, the folder that has all files of the revision at the paths of the repository.
+    """Check a revision out into a temporary folder, and yield the folder.
 
     Raises:
         CqosError: git is missing, the path is in no repository, or the repository has no such revision.
@@ -87,7 +87,7 @@ def checked_out(revision: Revision) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="cqos-") as temporary:
         folder = Path(temporary) / "tree"
         folder.mkdir()
-        # An index of its own: neither the one of the repository nor its files are touched, and no attribute leaves out files.
+        # With an index of its own, the repository stays untouched, and no attribute excludes files.
         index = {"GIT_INDEX_FILE": str(Path(temporary) / "index")}
         _git(top, ["read-tree", commit], index)
         _git(top, ["checkout-index", "--all", "--quiet", f"--prefix={folder}{os.sep}"], index)
@@ -127,7 +127,7 @@ class RevisionLoader(NamedTuple):
             renamed(loaded.not_searched),
             {renamed(part): renamed(whole) for part, whole in loaded.parts.items()},
             renamed(loaded.unsearched),
-            loaded.ways.renamed(names),
+            loaded.detected.renamed(names),
             loaded.folders,
             [(renamed(file), info) for file, info in loaded.left],
         )
@@ -147,7 +147,7 @@ class RevisionLoader(NamedTuple):
 
 
 def _renamed(names: Mapping[str, str], value: Any) -> Any:
-    """Return a value with other names of files in all its texts and places."""
+    """Return a value with renamed files in all its texts and places."""
     if isinstance(value, str):
         start = next((start for start in names if value.startswith(start)), None)
         return value if start is None else names[start] + value[len(start) :].removeprefix(f".{os.sep}")

@@ -1,4 +1,4 @@
-"""The JSON schema of the system form, for editors and generators, made from the forms that files are read by and from rule packs.
+"""The JSON schema of system files, made from the forms that the reader uses and from rule packs.
 
 Structure comes from the forms: what the schema refuses there, the reader refuses too. The schema only suggests what packs
 know (settings, values, presets, options, needs): every list of suggestions ends in ``true``, which accepts anything. A pack reads
@@ -42,7 +42,7 @@ def system_schema(packs: Sequence[RulePack] = ()) -> dict[str, Any]:
 
 
 def _suggestions(packs: Sequence[RulePack]) -> dict[str, Any]:
-    """Return the parts that `cqos_core.importers.document_form.Form.hints` and `Key.hints` name."""
+    """Return the definitions that `cqos_core.importers.document_form.Form.hints` and `Key.hints` refer to."""
     by_level = {f"{level}_settings": _settings([(pack, level) for pack in packs]) for level in LEVELS}
     return {
         **by_level,
@@ -62,7 +62,7 @@ def _any_of(suggested: Iterable[Any]) -> dict[str, Any]:
 
 
 def _presets(packs: Sequence[RulePack], level: str) -> dict[str, Any]:
-    """One name or a list of them."""
+    """Return the schema of one preset, or of a list of presets."""
     found = grouped(
         (name, f"{pack.title}: {preset.doc or 'a preset.'}")
         for pack in packs
@@ -74,7 +74,7 @@ def _presets(packs: Sequence[RulePack], level: str) -> dict[str, Any]:
 
 
 def _settings(sources: Iterable[tuple[RulePack, str]]) -> dict[str, Any]:
-    """Return the settings of some levels by name, each with what every pack says of it and the values it may have."""
+    """Return the schema of settings: each with the description of every pack, and suggested values."""
     said: dict[str, dict[str, list[str]]] = {}
     values: dict[str, dict[object, Any]] = {}
     for pack, level in sources:

@@ -1,6 +1,6 @@
-"""Writes YAML that people like to read: short maps on one line, long ones over several, and quotes only where needed.
+"""Writes readable YAML: short maps on one line, long ones over several, and quotes only if needed.
 
-What is written is read back as the same text by the tree of the importers, whatever characters stand in it.
+The importers read back the same texts, whatever characters they have.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ _STEP: Final = "  "
 
 @dataclass(frozen=True, slots=True)
 class Raw:
-    """A value that is YAML already, on one line."""
+    """A value in YAML, on one line."""
 
     text: str
 
 
 @dataclass(slots=True)
 class Block:
-    """A map that has a line for each entry, however short it is.
+    """A map with one line for each entry.
 
     Attributes:
-        comments: what is written behind an entry, by its key.
-        apart: empty lines stand between the entries.
+        comments: behind entries, by key.
+        apart: whether empty lines separate the entries.
     """
 
     entries: dict[str, Node]
@@ -45,13 +45,13 @@ Node: TypeAlias = "Raw | Block | dict[str, Node] | list[Node]"
 
 
 def scalar(text: str) -> Raw:
-    """Return a text as a scalar that is read back as this text, never as nothing; to YAML it may be a number or a flag."""
+    """Return a text as a scalar that is read back as the same text, and never as null."""
     plain = ScalarNode(text, None, None, plain=True)
     return Raw(quoted_where_needed(ScalarNode(text, None, None, plain=not is_null(plain))))
 
 
 def value(text: str) -> Raw:
-    """Return the text of a setting: a list or map where it is one in flow form, else a scalar."""
+    """Return the text of a setting: as a list or map in flow form if it is one, else as a scalar."""
     return Raw(text) if text[:1] in {"[", "{"} and _same_flow(text) else scalar(text)
 
 
@@ -62,7 +62,7 @@ def _same_flow(text: str) -> bool:
 
 
 def comment(text: str) -> str:
-    """Return a text as a comment of one line, in which nothing can end it."""
+    """Return a text as a comment of one line; line ends in it are escaped."""
     plain = text if text.isprintable() else text.encode("unicode_escape").decode("ascii")
     return f"# {plain}"
 
@@ -113,7 +113,7 @@ def _item(node: Node, indent: str) -> list[str]:
 
 
 def _flow(node: Node) -> str | None:
-    """Write a value on one line; None where something in it wants several."""
+    """Return a value on one line; None if a part of it needs several."""
     if isinstance(node, Raw):
         return node.text
     if isinstance(node, Block):

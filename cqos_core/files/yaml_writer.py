@@ -1,4 +1,4 @@
-"""Writes any system as a C-QoS system file: what an importer read becomes a design that a person goes on with."""
+"""Writes any system as a system file that a person can continue to edit."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.design import design_of, is_not_known, with_shared_profiles
+from cqos_core.files.yaml_design import design_of, is_not_known, with_shared_profiles
 from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.model.grouping import grouped
@@ -17,7 +17,7 @@ from cqos_core.packs.unread import totals_of, unread_parts
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.files.design import Design
+    from cqos_core.files.yaml_design import Design
     from cqos_core.files.yaml_text import Node
     from cqos_core.importers.document_form import Form
     from cqos_core.model.chains import Chain, StatedLink
@@ -53,7 +53,7 @@ _KEYS: Final = {
 def write(system: System, context: ExportContext) -> Exported:
     """Write ``system`` in the YAML form; reading it again gives the same verdicts and findings.
 
-    The setting ``profiles=shared`` makes profiles of what several endpoints state alike.
+    The setting ``profiles=shared`` makes profiles of settings that several endpoints have in common.
     """
     design = design_of(system, context)
     if context.settings.get("profiles") == "shared":
@@ -70,7 +70,7 @@ _NO_FLOWS: Final = "control flow is left out, {} nodes: a system file has no for
 
 
 def _unsaid(system: System) -> list[str]:
-    """What a library loses: each endpoint takes its own part, but profiles alone cannot name their endpoints."""
+    """Return notes on scopes of profiles that are lost: without endpoints, a profile cannot name its users."""
     scoped = any(ref.scope != EVERYBODY for each in system.profiles.values() for ref in each.base)
     if system.endpoints or not scoped:
         return []
@@ -89,7 +89,7 @@ def _head(system: System) -> list[str]:
 
 
 class _SystemFile:
-    """Writes one design; whatever the form cannot hold is in `notes`."""
+    """Builds the document of one design; `notes` has what the form cannot express."""
 
     def __init__(self, design: Design, unread: list[Node]) -> None:
         self.system = design.system
@@ -138,7 +138,7 @@ class _SystemFile:
         return document
 
     def _only(self, what: str, text: str) -> str:
-        """Return a text that the whole system has once, so it can mention no variable."""
+        """Return a text without variables, which a system file cannot have here."""
         if "${" in text:
             self.notes[f"{what} `{text}` loses its `$`, which would begin a variable"] = None
             text = text.replace("${", "{")
@@ -173,7 +173,7 @@ class _SystemFile:
         )
         client: dict[str, Node] = {}
         for name, setting in participant.settings.items():
-            # A map, and what is named like a key of the form, stands where everything is a setting.
+            # Maps, and settings named like a key of the form, go below `client`, which holds settings only.
             node = _said(setting)
             (client if name in (*PARTICIPANT.keys, *PARTICIPANT.never) or node.text.startswith("{") else own)[
                 _escaped(name)
@@ -277,7 +277,7 @@ def _unread(system: System, context: ExportContext) -> Iterator[Node]:
         )
 
 
-# What has a name
+# Named parts
 
 
 def _profile(profile: Profile) -> Node:
@@ -353,9 +353,9 @@ def _broker(broker: Broker) -> Node:
 
 
 def _own_settings(settings: Settings, form: Form) -> dict[str, Node]:
-    """Return settings that stand beside the keys of a form; one named like a key gets a capital.
+    """Return settings beside the keys of a form; one named like a key gets a capital letter.
 
-    Names of settings are read whatever their case, keys are not.
+    Names of settings ignore case, keys do not.
     """
     taken = {*form.keys, *form.never}
     return {_escaped(name.title() if name in taken else name): _said(each) for name, each in settings.items()}
@@ -366,14 +366,14 @@ def _settings(settings: Settings) -> dict[str, Node]:
 
 
 def _said(setting: Setting) -> Raw:
-    """Return a value; one that is not known is a map that says why."""
+    """Return a value; an unknown one is a map with the cause."""
     if is_not_known(setting):
         return Raw(_escaped(f"{{unknown: {json.dumps(setting.unknown)}}}"))
     return value(_escaped(setting.text))
 
 
 def _word(endpoint: Endpoint) -> str:
-    """What an endpoint is, as it stands in ids that are made up."""
+    """Return the word for an endpoint in generated ids."""
     return endpoint.role if endpoint.kind == "message" else endpoint.kind
 
 
@@ -381,7 +381,7 @@ def _word(endpoint: Endpoint) -> str:
 
 
 def _escaped(text: str) -> str:
-    """Return a text in which nothing is taken for a variable."""
+    """Return a text in which `${` does not begin a variable."""
     return text.replace("${", "$${")
 
 
@@ -410,7 +410,7 @@ def _refs(refs: Sequence[ProfileRef]) -> Node | None:
 
 
 def _stated(entries: Mapping[str, Node | None]) -> dict[str, Node]:
-    """Return those entries that state something."""
+    """Return the entries that are not None."""
     return {name: node for name, node in entries.items() if node is not None}
 
 
@@ -422,9 +422,9 @@ def _value(text: str) -> Raw:
 
 
 def _given_ids(system: System) -> frozenset[str]:
-    """The ids that have to be written, because the reader would make up others.
+    """Return the ids to write, because the reader would generate other ones.
 
-    Without an id an endpoint is called ``participant/role/topic``, further ones of that name ``…#2``, ``…#3``.
+    An endpoint without an id is called ``participant/role/topic``, further ones of that name ``…#2``, ``…#3``.
     """
     given: set[str] = set()
     made_up = grouped((endpoint_id(each.participant, _word(each), each.topic or ""), each) for each in system.endpoints)

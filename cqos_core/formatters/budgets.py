@@ -1,4 +1,4 @@
-"""Budgets for people and for programs: topics, participants, links and histories."""
+"""Budgets of topics, participants, links and histories, as text and JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def budgets_as_text(found: Budgets, columns: int) -> Iterator[str]:
-    """Yield the lines of all budgets that follow from what is stated."""
+    """Yield text lines with the budgets of topics, links and histories."""
     if not (found.streams or found.histories):
         yield "no topic states `period` and `size`, so there are no budgets"
         return

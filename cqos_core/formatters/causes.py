@@ -1,10 +1,10 @@
-"""Findings of one cause, put together for people; reports for programs keep them apart."""
+"""Groups findings by cause for text formats. Formats for programs list each finding."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from cqos_core.model.style import Style
 
 _NAMED: Final = 3
-"""More places than this are counted."""
+"""More places than this are only counted."""
 _ENDS: Final = frozenset({"publisher", "subscriber"})
 _STATED: Final = ("explicit", "overlay", "profile ")
 _CAUSE: Final = {"CQ205": ", which ", "CQ217": " is not known: "}
-"""Of codes whose messages name a cause that endpoints share: the words before it."""
+"""The words before the shared cause in messages of these codes."""
 _OPTION: Final = regular_expression(r"option \S+ is not set$")
 
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Findings of one cause, in the order of the report: the first is the gravest."""
+    """Findings of one cause, in the order of the report, the worst first."""
 
     findings: tuple[Finding, ...]
 
@@ -41,17 +41,17 @@ class Cause:
 
     @property
     def more(self) -> tuple[Finding, ...]:
-        """The others."""
+        """The other findings."""
         return self.findings[1:]
 
     @property
     def helps(self) -> list[str]:
-        """What to do about any of them, one sentence each."""
-        return list(dict.fromkeys(sentence for finding in self.findings for sentence in wording.helps(finding)))
+        """The help of all findings, one sentence each."""
+        return list(dict.fromkeys(sentence for finding in self.findings for sentence in phrases.helps(finding)))
 
 
 def causes(findings: Sequence[Finding], style: Style) -> list[Cause]:
-    """Return findings by their cause; each apart where the caller asked for certain rules, or for all findings.
+    """Group findings by cause. If the caller asked for certain rules or for all findings, each is a group.
 
     Two findings have one cause if the same change fixes both, if both name the same timer or event, if both lack the same
     fact, or if the same lines of the files cause both.
@@ -76,7 +76,7 @@ def causes(findings: Sequence[Finding], style: Style) -> list[Cause]:
 
 
 def same_cause(cause: Cause, places: Places) -> str:
-    """Name the findings of a cause beside the first: ``3 more by this cause: BP101 :117; BP102 :105, :35``."""
+    """Return a line on the other findings of a cause: ``3 more by this cause: BP101 :117; BP102 :105, :35``."""
     place = cause.first.place
     by_code = grouped((finding.code, finding) for finding in cause.more)
     texts = [f"{code} {places_of(own, places, '' if place is None else place.source)}" for code, own in by_code.items()]
@@ -84,9 +84,9 @@ def same_cause(cause: Cause, places: Places) -> str:
 
 
 def places_of(findings: Iterable[Finding], places: Places, source: str = "", below: str = "") -> str:
-    """Return where findings stand, a few of them; a line alone is in the file named before, or in ``source``.
+    """Return the places of a few findings; a line without file is in the file before it, or in ``source``.
 
-    Files are named without the folder ``below`` which they stand.
+    Paths are shown without the folder ``below``.
     """
     found: dict[str, None] = {}
     for finding in findings:
@@ -103,7 +103,7 @@ def places_of(findings: Iterable[Finding], places: Places, source: str = "", bel
 
 def _one_fix(findings: Sequence[Finding]) -> Iterator[list[int]]:
     """Yield the numbers of findings that have the same first fix."""
-    # Fixes are made when they are read, which takes long: only findings about the same endpoints can have the same.
+    # Fixes are computed when they are read, which is slow: only findings about the same endpoints can share one.
     about = grouped(
         ((finding.accepted, side.members), number)
         for number, finding in enumerate(findings)
@@ -121,7 +121,7 @@ def _one_fix(findings: Sequence[Finding]) -> Iterator[list[int]]:
 
 
 def _keys(finding: Finding) -> Iterator[Hashable]:
-    """Yield what findings of one cause have in common."""
+    """Yield the keys of a finding; findings with a common key have one cause."""
     accepted = finding.accepted
     for side in finding.sides[1:]:
         if side.members and side.role not in _ENDS:  # a timer or an event, by which the ends are judged
@@ -129,7 +129,7 @@ def _keys(finding: Finding) -> Iterator[Hashable]:
     places = [place for side in finding.sides for place in _places(side)]
     stated = any(fact.origin.startswith(_STATED) for side in finding.sides for fact in side.facts)
     if places and all(place is not None and (place.line or place.element or place.path) for place in places):
-        # Without a value that both state, one line may have several things wrong.
+        # Without a stated value, one line may have several mistakes.
         yield accepted, finding.code, frozenset(places), "" if stated else finding.message
     if finding.pairs and finding.because and finding.verdict is not Verdict.UNKNOWN:
         yield accepted, finding.topic, finding.because, tuple(side.members for side in finding.sides)
@@ -145,6 +145,6 @@ def _keys(finding: Finding) -> Iterator[Hashable]:
 
 
 def _places(side: Side) -> list[Place | None]:
-    """Return where a side states what is wrong; the place of the side where it states nothing."""
+    """Return the places of the stated values of a side; if there are none, the place of the side."""
     stated = [fact.place for fact in side.facts if fact.origin.startswith(_STATED)]
     return stated or [side.place]

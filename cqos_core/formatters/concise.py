@@ -1,10 +1,10 @@
-"""One line per cause, as compilers write them and editors read them."""
+"""The format ``concise``: one line per cause, as compilers print them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.causes import causes, same_cause
 from cqos_core.formatters.places import Places
 
@@ -18,31 +18,31 @@ if TYPE_CHECKING:
 def render_concise(report: Report, style: Style) -> str:
     """Return ``file:line:col: error[CODE] message`` for each cause, and for each system the verdict and all counts.
 
-    A line ends with the name that was perhaps meant, and with the other findings of the cause.
+    A line ends with a similar name, if there is one, and with the other findings of the cause.
     """
     paint = terminal.paint(color=style.color)
     lines = [line for one in report.parts or (report,) for line in _lines(one, style, paint)]
     if report.parts:
-        lines.append(wording.total(report, style, paint))
-    covered = wording.coverage(report) if style.coverage else ()
-    return "\n".join([*lines[:-1], *covered, *wording.assumed(report), lines[-1]]) + "\n"
+        lines.append(phrases.total(report, style, paint))
+    covered = phrases.coverage(report) if style.coverage else ()
+    return "\n".join([*lines[:-1], *covered, *phrases.assumed(report), lines[-1]]) + "\n"
 
 
 def _lines(report: Report, style: Style, paint: terminal.Paint) -> Iterator[str]:
-    found = causes(wording.shown(report, style), style)
+    found = causes(phrases.shown(report, style), style)
     places = Places([finding for cause in found for finding in cause.findings], style.sources)
     for cause in found:
         finding = cause.first
         place = finding.place
-        where = wording.heading(report) if place is None else wording.position(places.exact(place))
+        where = phrases.heading(report) if place is None else phrases.position(places.exact(place))
         head = paint(terminal.clean(f"{finding.severity}[{finding.code}]"), finding.severity)
         meant = f"; {finding.help}" if finding.help is not None and _MEANT in finding.help else ""
         more = f" ({same_cause(cause, places)})" if cause.more else ""
         accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
         lead = f"{terminal.clean(where)}: " if where else ""
         yield f"{lead}{head} {terminal.clean(finding.message + meant + more + accepted)}"
-    yield from wording.verdict(report, style, paint)
+    yield from phrases.verdict(report, style, paint)
 
 
 _MEANT = "did you mean"
-"""Begins what a message says of a name that is near; other help stands in the longer forms."""
+"""The beginning of help that proposes a similar name; other help is in the longer formats."""

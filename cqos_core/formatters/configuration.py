@@ -1,4 +1,4 @@
-"""The text of a commented configuration: what a folder states, and what else it may state."""
+"""The text of the configuration that ``cqos init`` writes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WIDTH: Final = 100
 
 
 def configuration(found: str, seen: Sequence[str], installed: set[str]) -> str:
-    """Return the text of a configuration that states the one protocol of ``seen``, and lists all else in comments."""
+    """Return a configuration that states the protocol of ``seen``, if it is only one, and lists all other keys in comments."""
     packs = [pack for name in seen if (pack := load_plugins().pack(name)) is not None]
     rule = next((rule.code for pack in packs for rule in pack.rules), "CQ403")
     stated = "" if len(seen) == 1 else "# "
@@ -51,7 +51,7 @@ def configuration(found: str, seen: Sequence[str], installed: set[str]) -> str:
 
 
 def _options(pack: RulePack) -> Iterator[str]:
-    """Yield a table of the options that have no default, where few values are possible."""
+    """Yield a table of the options of a pack that have no default and few values."""
     yield from _comment(f"What is known of the deployment. `cqos packs {pack.id}` lists all options of {pack.title}.")
     yield f"[options.{pack.id}]"
     for policy in pack.policies:

@@ -1,10 +1,10 @@
-"""What two systems say differently: as text and as JSON."""
+"""Differences of two systems, as text and JSON."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.json_report import versioned
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.excerpt import exact
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def diff_as_text(found: Diff, a: str, b: str, sources: Mapping[str, bytes], columns: int, *, color: bool) -> str:
-    """Return the differences of two systems for people, topic by topic."""
+    """Return the differences of two systems as text, topic by topic."""
     colors = paint(color=color)
     at = _exact(found, sources)
     lines: list[str] = []
@@ -53,7 +53,7 @@ def _values(differences: Iterable[Different], at: Mapping[Place, Place]) -> list
             other = "" if each.a.id == each.b.id else f", in B `{clean(each.b.id)}`"
             lines.append(f"  {_named(each.a)}{other}")
         values = " and ".join(
-            f"{clean(wording.value(fact))} in {side}{_where(fact.place, at)}"
+            f"{clean(phrases.value(fact))} in {side}{_where(fact.place, at)}"
             for side, fact in (("A", each.value_a), ("B", each.value_b))
         )
         lines.append(f"    {each.policy} is {values}")
@@ -65,7 +65,7 @@ def _named(end: Named) -> str:
 
 
 def _where(place: Place | None, at: Mapping[Place, Place]) -> str:
-    return "" if place is None else f" ({clean(wording.position(at.get(place, place)))})"
+    return "" if place is None else f" ({clean(phrases.position(at.get(place, place)))})"
 
 
 def _summary(found: Diff) -> str:
@@ -77,7 +77,7 @@ def _summary(found: Diff) -> str:
 
 
 def _exact(found: Diff, sources: Mapping[str, bytes]) -> Mapping[Place, Place]:
-    """Exact columns of the places that are shown."""
+    """Return the exact places of the values and endpoints that are shown."""
     facts = (fact.place for each in found.different for fact in (each.value_a, each.value_b))
     places = {place for place in (*facts, *(each.endpoint.place for each in found.missing)) if place is not None}
     return exact(places, sources)
@@ -87,7 +87,7 @@ def _exact(found: Diff, sources: Mapping[str, bytes]) -> Mapping[Place, Place]:
 
 
 def diff_as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> str:
-    """Return the differences of two systems for programs."""
+    """Return the differences of two systems as JSON."""
     at = _exact(found, sources)
 
     def place(place: Place | None) -> dict[str, Any] | None:

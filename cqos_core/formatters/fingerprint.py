@@ -1,4 +1,4 @@
-"""What makes a finding the same finding tomorrow, when lines have moved and words have changed."""
+"""Identities of findings that do not depend on lines or wording."""
 
 from __future__ import annotations
 

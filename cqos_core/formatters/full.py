@@ -1,4 +1,4 @@
-"""The form for reading: a paragraph per finding with excerpts and remedies, and a summary at the end."""
+"""The format ``full``: a paragraph per finding with excerpts and fixes, and a summary at the end."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import field
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.places import Places
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Severity, Side, plural
@@ -32,11 +32,11 @@ _LABEL = 50  # least cells for the label of a value
 
 def render_full(report: Report, style: Style) -> str:
     """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
-    said, paint = _Shown(), terminal.paint(color=style.color)
+    said, paint = _PrintedTexts(), terminal.paint(color=style.color)
     blocks: list[str] = []
     apart: list[str] = []  # of several systems, each with its verdict
     for one in report.parts or (report,):
-        findings = wording.shown(one, style)
+        findings = phrases.shown(one, style)
         places = Places(findings, style.sources)
         page = _Page(style, places, _gutter(findings, places), said)
         explained = any(each.code != _NOTHING and each.severity is not Severity.NOTE for each in findings)
@@ -46,77 +46,77 @@ def render_full(report: Report, style: Style) -> str:
         ]
         if report.parts and not found and blocks and apart:
             blocks[-1] += "\n" + "\n".join(
-                wording.verdict(one, style, paint)
+                phrases.verdict(one, style, paint)
             )  # nothing to tell it apart from the line before
             continue
         blocks += found
-        apart = ["\n".join(wording.verdict(one, style, paint))] if report.parts else []
+        apart = ["\n".join(phrases.verdict(one, style, paint))] if report.parts else []
         blocks += apart
     blocks.append("\n".join(_end(report, style)))
     return "\n\n".join(blocks) + "\n"
 
 
 def render_excerpt(place: Place, style: Style) -> str:
-    """Return the line of a place with what is meant underlined, as findings show it; empty without its source."""
+    """Return the source line of a place with the value underlined; empty if the source is not known."""
     places = Places((), style.sources)
     excerpt = places.excerpt(place)
     if excerpt is None:
         return ""
-    page = _Page(style, places, max(2, len(str(excerpt.line))), _Shown())
+    page = _Page(style, places, max(2, len(str(excerpt.line))), _PrintedTexts())
     return "\n".join(page.excerpt(excerpt))
 
 
 @dataclass(slots=True)
-class _Shown:
-    """What is read once in a run; below it, the code is reminder enough."""
+class _PrintedTexts:
+    """Texts that were printed already: each reason and note is printed once."""
 
     read: set[tuple[str, ...]] = field(default_factory=set)
 
     def is_new(self, *text: str) -> bool:
-        """Whether this was not printed before; it counts as printed from now on."""
+        """Return whether a text was not printed yet, and record it."""
         new = text not in self.read
         self.read.add(text)
         return new
 
 
 def _end(report: Report, style: Style) -> Iterator[str]:
-    """Yield what no check can see, and the verdict, or the total of several systems."""
+    """Yield the last lines: what was not checked, coverage, assumptions, and the verdict or total."""
     paint = terminal.paint(color=style.color)
     if style.losses:
-        from cqos_core.formatters.changes import losses
+        from cqos_core.formatters.snapshot_changes import subscriber_losses
 
-        yield from losses(report)
+        yield from subscriber_losses(report)
     listed = "; ".join(report.not_checked)
     count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
     not_checked = [f"not checked: {listed if style.not_checked else count}"] if listed else []
-    for text in (*not_checked, *(wording.coverage(report) if style.coverage else ()), *wording.assumed(report)):
+    for text in (*not_checked, *(phrases.coverage(report) if style.coverage else ()), *phrases.assumed(report)):
         yield from (paint(line, "quiet") for line in terminal.hanging(style.width, text, 0))
-    yield from wording.conclusion(report, style, paint)
+    yield from phrases.conclusion(report, style, paint)
 
 
 def _gutter(findings: Iterable[Finding], places: Places) -> int:
-    """Columns for line numbers: the same in the whole report, so that everything in it is aligned."""
-    stated = (place for finding in findings for side in finding.sides for _, place in pointed_at(side))
+    """Return the width of line numbers, which is the same in the whole report."""
+    stated = (place for finding in findings for side in finding.sides for _, place in marked_places(side))
     lines = [places.exact(place).line for place in stated if place is not None]
     return max(2, *(len(str(line)) for line in lines if line is not None), 0)
 
 
-def pointed_at(side: Side) -> list[tuple[Fact | None, Place | None]]:
-    """What to point at on one side: each value where it was stated, or only the side itself."""
-    return [(fact, fact.place or side.place) for fact in _pointed(side)] or [(None, side.place)]
+def marked_places(side: Side) -> list[tuple[Fact | None, Place | None]]:
+    """Return the values of one side with their places, or None and the place of the side."""
+    return [(fact, fact.place or side.place) for fact in _marked_facts(side)] or [(None, side.place)]
 
 
-def _pointed(side: Side) -> tuple[Fact, ...]:
-    """The values to show with an excerpt: the stated ones, or else the defaults."""
+def _marked_facts(side: Side) -> tuple[Fact, ...]:
+    """Return the values to show with an excerpt: the stated ones, else the defaults."""
     stated = tuple(fact for fact in side.facts if fact.origin != "default")
     return (stated or side.facts)[:_FACTS]
 
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """One thing to point at: what it is (``policy``), what to say about it, and its excerpt if there is one.
+    """One underlined value: its policy, its label, and its excerpt if there is one.
 
-    ``value`` is empty where it can be read from what is underlined.
+    ``value`` is empty if the underlined text shows it.
     """
 
     place: Place | None
@@ -129,13 +129,13 @@ class _Mark:
 
     @property
     def text(self) -> str:
-        """The label, and the value where it cannot be read from what is underlined."""
+        """The label, and the value if the underlined text does not show it."""
         return f"{self.label}: {self.value}" if self.label and self.value else self.label or self.value
 
 
 @dataclass(frozen=True, slots=True)
 class _Pen:
-    """How one side is drawn: what underlines its values, and in which role."""
+    """How one side is drawn: its underline character, and its role for colours."""
 
     underline: str
     role: str
@@ -146,9 +146,9 @@ def _leftmost(excerpts: Iterable[Excerpt]) -> Excerpt:
 
 
 class _Page:
-    """Draws findings; everything it is given passes `terminal.clean` before it is measured."""
+    """Draws findings. All texts pass `terminal.clean` before they are measured."""
 
-    def __init__(self, style: Style, places: Places, gutter: int, said: _Shown) -> None:
+    def __init__(self, style: Style, places: Places, gutter: int, said: _PrintedTexts) -> None:
         self._style = style
         self._said = said
         self._paint = terminal.paint(color=style.color)
@@ -160,7 +160,7 @@ class _Page:
         """Yield the lines of one finding."""
         yield from self.headline(finding)
         yield from self._sides(finding)
-        for sentence in wording.helps(finding):
+        for sentence in phrases.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
         for sentence in (*_notes(finding), *(note for note in finding.notes if self._said.is_new("note", note))):
             yield from self._paragraph("note:", "title", sentence)
@@ -191,11 +191,11 @@ class _Page:
             yield f"{self._indent}{lead}{line}"
 
     def _sides(self, finding: Finding) -> Iterator[str]:
-        """Yield where all sides stand, and each line with every mark under it that fits in one view of the line."""
+        """Yield the places of all sides, and each source line with its marks."""
         blocks: list[list[_Mark]] = []
         for number, side in enumerate(finding.sides):
             pen = _Pen("^", finding.severity) if number == 0 else _Pen("-", "frame")
-            for mark in (self._mark(side, pen, fact, place) for fact, place in pointed_at(side)):
+            for mark in (self._mark(side, pen, fact, place) for fact, place in marked_places(side)):
                 if blocks and self._in_one_view([*blocks[-1], mark]):
                     blocks[-1].append(mark)
                 else:
@@ -203,7 +203,7 @@ class _Page:
         for number, block in enumerate(blocks):
             by_side = [list(same) for _, same in groupby(block, key=lambda mark: id(mark.side))]
             for index, marks in enumerate(by_side):
-                # Editors and people go to the first place; all others are beside it.
+                # Editors jump to the first place, so only that one has the arrow.
                 yield from self._location("-->" if number == index == 0 else ":::", marks)
             if block[0].excerpt is not None:
                 yield from self._excerpt(block)
@@ -213,9 +213,9 @@ class _Page:
                     yield from self._rest(marks[0].side)
 
     def _rest(self, side: Side) -> Iterator[str]:
-        pointed = _pointed(side)
+        pointed = _marked_facts(side)
         if rest := [fact for fact in side.facts if fact not in pointed]:
-            values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in rest)
+            values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in rest)
             yield from self._paragraph("  =", "frame", f"also {values}")
 
     def _mark(self, side: Side, pen: _Pen, fact: Fact | None, place: Place | None) -> _Mark:
@@ -223,10 +223,10 @@ class _Page:
         exact = None if place is None else self._places.exact(place)
         if fact is None:
             return _Mark(exact, "", side.label, "", excerpt, side, pen)
-        return _Mark(exact, fact.policy, *saying(side.label, fact, excerpt), excerpt, side, pen)
+        return _Mark(exact, fact.policy, *value_label(side.label, fact, excerpt), excerpt, side, pen)
 
     def _in_one_view(self, marks: Sequence[_Mark]) -> bool:
-        """Whether all marks are on one line, and in one view of it where it is too long to be shown whole."""
+        """Whether all marks are on one line, and in one window of it if the line is too long."""
         excerpts = [mark.excerpt for mark in marks if mark.excerpt is not None]
         lines = {(mark.place.source, mark.excerpt.line) for mark in marks if mark.place and mark.excerpt}
         texts = {excerpt.text for excerpt in excerpts}
@@ -236,18 +236,18 @@ class _Page:
         return all(excerpt.column - 1 + excerpt.width <= right for excerpt in excerpts)
 
     def _location(self, arrow: str, marks: Sequence[_Mark]) -> Iterator[str]:
-        """Yield where one side stands, with the policies of its marks."""
+        """Yield the place of one side, with the policies of its marks."""
         first = marks[0]
         policies = ", ".join(mark.policy for mark in marks if mark.policy)
-        who = wording.listed(first.side.members) + (f" . {policies}" if policies else "")
-        where = "" if first.place is None else wording.position(first.place)
+        who = phrases.listed(first.side.members) + (f" . {policies}" if policies else "")
+        where = "" if first.place is None else phrases.position(first.place)
         said = first.text if first.excerpt is None else ""
         parts = [part for part in map(terminal.clean, (where, who, said)) if part]
         if parts:  # a finding about the whole system has no place
             yield f"{self._indent}{self._paint(arrow, 'frame')} {'  '.join(parts)}"
 
     def excerpt(self, excerpt: Excerpt) -> Iterator[str]:
-        """Yield the line of something that is wrong, underlined."""
+        """Yield a source line with the excerpt underlined."""
         yield from self._excerpt([_Mark(None, "", "", "", excerpt, Side("system", ()), _Pen("^", "error"))])
 
     def _excerpt(self, marks: Sequence[_Mark]) -> Iterator[str]:
@@ -263,12 +263,12 @@ class _Page:
             for start, length in spans:
                 underline = underline.ljust(start - before)
                 underline += alike[0].pen.underline * (start + length - before - len(underline))
-            for row in _sign(before, underline, terminal.clean(_about(alike, marks)), self._room):
+            for row in _underline_rows(before, underline, terminal.clean(_about(alike, marks)), self._room):
                 yield f"{bar} {' ' * (len(row) - len(row.lstrip()))}{self._paint(row.lstrip(), alike[0].pen.role)}"
 
 
 def _rows(marks: Sequence[_Mark]) -> list[list[_Mark]]:
-    """Put marks into one row that one label explains: values of one side that can be read from the line, or that stand at one place."""
+    """Group marks into rows with one label each: values of one side that the line shows, or that have one place."""
     rows: list[list[_Mark]] = []
     for mark in marks:
         last = rows[-1][-1] if rows else None
@@ -289,7 +289,7 @@ def _one_row(row: Sequence[_Mark], mark: _Mark) -> bool:
 
 
 def _about(row: Sequence[_Mark], marks: Sequence[_Mark]) -> str:
-    """Return the label of the marks of one row; their policies only where that is needed to tell them from others."""
+    """Return the label of one row; it names the policies if there are several rows."""
     label = row[0].label
     if len(row) > 1:
         values = ", ".join(f"{mark.policy} {mark.value}" for mark in row if mark.value)
@@ -299,8 +299,8 @@ def _about(row: Sequence[_Mark], marks: Sequence[_Mark]) -> str:
     return f"{mark.policy} {text}" if len({each.policy for each in marks}) > 1 and len(marks) > 1 else text
 
 
-def _sign(before: int, underline: str, about: str, room: int) -> list[str]:
-    """Return the underline at its column with what it says behind it, or below it where it does not fit."""
+def _underline_rows(before: int, underline: str, about: str, room: int) -> list[str]:
+    """Return the underline with its label behind it, or below it if the line is too short."""
     row = " " * before + underline
     if before + len(underline) + 1 + terminal.cells(about) <= room:
         return [f"{row} {about}".rstrip()]
@@ -309,7 +309,7 @@ def _sign(before: int, underline: str, about: str, room: int) -> list[str]:
 
 
 class _Line:
-    """One line of a source as a terminal shows it: each character's text and the cell where it begins."""
+    """One source line on a terminal: the text of each character and its first cell."""
 
     def __init__(self, text: str) -> None:
         self._pieces: list[str] = []
@@ -330,7 +330,7 @@ class _Line:
         if self.width <= room:
             return 0, len(self._pieces)
         marked = excerpt.column - 1
-        # An ellipsis takes a cell on either side; what stands before a value says whose value it is.
+        # An ellipsis takes a cell on either side. Text before a value is kept, because it names the value.
         target = max(0, self._starts[marked] - room // 3)
         left = next(index for index, start in enumerate(self._starts) if start >= target)
         right = left
@@ -351,35 +351,35 @@ class _Line:
         return before, max(1, self._starts[last] - self._starts[first])
 
 
-def saying(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
-    """What to write at a value: a label, and the value itself only where it cannot be read from what is underlined."""
-    label = wording.label(label, fact)
-    if excerpt is not None and _reads(excerpt, fact.value):
-        return ", ".join(part for part in (label, wording.origin(fact)) if part), ""
+def value_label(label: str, fact: Fact, excerpt: Excerpt | None) -> tuple[str, str]:
+    """Return the label of a value, and the value itself if the underlined text does not show it."""
+    label = phrases.label(label, fact)
+    if excerpt is not None and _has_value(excerpt, fact.value):
+        return ", ".join(part for part in (label, phrases.origin(fact)) if part), ""
     return label, value_of(fact, excerpt)
 
 
 def value_of(fact: Fact, excerpt: Excerpt | None) -> str:
     """Return a value with its origin; where a written zero stands for another value, both."""
-    value = wording.value(fact)
-    stands = excerpt is not None and not _reads(excerpt, fact.value) and _ZERO.search(_marked(excerpt))
+    value = phrases.value(fact)
+    stands = excerpt is not None and not _has_value(excerpt, fact.value) and _ZERO.search(_marked_text(excerpt))
     return f"`0` means {value}" if stands else value
 
 
-def _marked(excerpt: Excerpt) -> str:
+def _marked_text(excerpt: Excerpt) -> str:
     start = excerpt.column - 1
     return excerpt.text[start : start + excerpt.width]
 
 
-def _reads(excerpt: Excerpt, value: str) -> bool:
-    """Whether the underlined words are the value, or hold it as an attribute does."""
-    return re.search(rf"(?<![\w-]){re.escape(value)}(?![\w-])", _marked(excerpt)) is not None
+def _has_value(excerpt: Excerpt, value: str) -> bool:
+    """Whether the underlined text is the value, or contains it as a word."""
+    return re.search(rf"(?<![\w-]){re.escape(value)}(?![\w-])", _marked_text(excerpt)) is not None
 
 
 def _notes(finding: Finding) -> Iterator[str]:
     if finding.worlds:
-        yield wording.worlds(finding.worlds)
+        yield phrases.worlds(finding.worlds)
     topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
     if finding.pairs > 1 or len(topics) > 1:
         pairs = f"{plural(finding.pairs, 'pair')} like this" if finding.pairs else "the same"
-        yield pairs + (f" on {wording.listed(topics)}" if topics else "")
+        yield pairs + (f" on {phrases.listed(topics)}" if topics else "")

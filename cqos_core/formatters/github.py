@@ -1,10 +1,10 @@
-"""Workflow commands: GitHub shows each finding beside the line of the changed file it is about."""
+"""The format ``github``: workflow commands, which GitHub shows beside the changed lines."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.places import Places, relative
 from cqos_core.model.finding import Severity
 
@@ -19,12 +19,12 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 def render_github(report: Report, style: Style) -> str:
     """Return one workflow command per finding that is not accepted, and one line with the verdict and all counts."""
-    findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
+    findings = [finding for finding in phrases.shown(report, style) if finding.accepted is None]
     places = Places(findings, style.sources)
     commands = [_command(finding, places, style) for finding in findings]
-    # No name from an input stands in the last line, which is no command: it could make it one.
-    counts = wording.counts(report, style, asks=False)
-    return "\n".join([*commands, f"{report.verdict_words}{wording.beside(report)}: {counts}"]) + "\n"
+    # The last line is no command. A name from an input could make it one, so it has none.
+    counts = phrases.counts(report, style, asks=False)
+    return "\n".join([*commands, f"{report.verdict_words}{phrases.beside(report)}: {counts}"]) + "\n"
 
 
 def _command(finding: Finding, places: Places, style: Style) -> str:
@@ -32,7 +32,7 @@ def _command(finding: Finding, places: Places, style: Style) -> str:
     properties = {} if place is None else _properties(places.exact(place), style)
     properties["title"] = f"{finding.code} {finding.name}"
     listed = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
-    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(wording.message_and_helps(finding))}"
+    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(phrases.message_and_helps(finding))}"
 
 
 def _properties(place: Place, style: Style) -> dict[str, str]:

@@ -1,11 +1,11 @@
-"""GitLab's Code Quality report: GitLab shows each finding in the merge request, and which of them are new."""
+"""The format ``gitlab``: a Code Quality report, which GitLab shows in merge requests."""
 
 from __future__ import annotations
 
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
@@ -23,7 +23,7 @@ def render_gitlab(report: Report, style: Style) -> str:
 
     An issue needs a file. A finding without a place has the first line of the first file.
     """
-    findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
+    findings = [finding for finding in phrases.shown(report, style) if finding.accepted is None]
     places = Places(findings, style.sources)
     seen: Counter[str] = Counter()
     issues = []
@@ -35,7 +35,7 @@ def render_gitlab(report: Report, style: Style) -> str:
         seen[identity] += 1
         issues.append(
             {
-                "description": wording.message_and_helps(finding),
+                "description": phrases.message_and_helps(finding),
                 "check_name": finding.code,
                 "fingerprint": identity if seen[identity] == 1 else f"{identity}-{seen[identity]}",
                 "severity": _SEVERITIES[finding.severity],

@@ -1,4 +1,4 @@
-"""What is installed, and what a rule pack has: as tables and as JSON."""
+"""The installed packs and plugins, and the content of one pack, as tables and JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _KINDS: Final = (
 
 def inventory(plugins: Plugins, extra: dict[str, RulePack]) -> dict[str, Any]:
     """Return what is installed, by kind; ``extra`` are packs that were read from files."""
-    # Looking at packs shows which are broken.
+    # Loading the packs shows which are broken.
     listed = [
         {"id": name, "summary": info.summary, "distribution": plugins.owner("packs", name)}
         for name, info in plugins.packs.items()
@@ -73,7 +73,7 @@ def _in_one_line(reason: str) -> str:
 
 
 def _settings(registered: dict[str, Any]) -> str:
-    """What may be chosen of an exporter."""
+    """Return the settings of an exporter, in parentheses."""
     settings = registered.get("settings", ())
     return f" (--set {', '.join(settings)})" if settings else ""
 

@@ -1,4 +1,4 @@
-"""The JSON report, version 1: everything a `Report` holds, documented in ``docs/json-report.md``, and back again.
+"""The formats ``json`` and ``jsonl``: a whole `Report`, as documented in ``docs/json-report.md``; and their reader.
 
 Within version 1 keys may be added, none is removed or changes its meaning. Readers ignore keys they do not know.
 """
@@ -65,7 +65,7 @@ def versioned(document: Json) -> str:
     return json.dumps({"version": 1, **document}, indent=2) + "\n"
 
 
-# --- and back ---
+# Reading
 
 
 def report_from_json(text: str | bytes) -> Report:
@@ -88,7 +88,7 @@ def report_from_json(text: str | bytes) -> Report:
 
 
 _Take: TypeAlias = Callable[[Any, str], Any]
-"""Returns what stands at a path of the document as the library has it."""
+"""Reads a value of the document at a path into the type of the library."""
 
 
 def _unfit(path: str, expected: str, found: object) -> CqosError:
@@ -97,7 +97,7 @@ def _unfit(path: str, expected: str, found: object) -> CqosError:
 
 
 def _values(keys: Mapping[str, _Take], found: Any, path: str) -> dict[str, Any]:
-    """Return what an object states, by key; keys that older reports lack may be missing."""
+    """Return the values of an object by key; keys that older reports lack may be missing."""
     if not isinstance(found, dict):
         raise _unfit(path, "an object", found)
     return {

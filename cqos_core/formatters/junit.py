@@ -1,4 +1,4 @@
-"""JUnit XML, which CI dashboards read: a system is a suite, a topic is a test.
+"""The format ``junit``, for CI dashboards: a system is a suite, a topic is a test.
 
 A test passes if its topic's pairs fit, fails with an error that stands, and is skipped where neither can be said:
 the verdict is unknown, or what does not fit was accepted. So nothing is green that was not found to fit.
@@ -10,10 +10,10 @@ from collections import Counter
 from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree as ET
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.places import Places
 
-# XML has no way to write most control characters; this spells them.
+# XML cannot hold most control characters, so they are spelled.
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.grouping import grouped
@@ -32,10 +32,10 @@ def render_junit(report: Report, style: Style) -> str:
     """Return the report as a JUnit document, with a test suite for each system that was checked by itself."""
     suites = ET.Element("testsuites")
     parts = report.parts or (report,)
-    alike = Counter(map(wording.heading, parts))
+    alike = Counter(map(phrases.heading, parts))
     for part in parts:
-        name = wording.heading(part)
-        # Dashboards put together what has one name.
+        name = phrases.heading(part)
+        # Dashboards merge suites of one name.
         apart = f" ({part.sources[0]})" if name and alike[name] > 1 and part.sources else ""
         _add_suite(suites, clean(f"{name}{apart}" or "C-QoS"), part, style)
     for name in _COUNTED:
@@ -46,7 +46,7 @@ def render_junit(report: Report, style: Style) -> str:
 
 
 def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> None:
-    """Add a suite with a test for each topic with pairs, in their order, then one for whatever only findings are about."""
+    """Add a suite with a test for each topic with pairs, and one for each other subject of findings."""
     suite = ET.SubElement(suites, "testsuite", name=name)
     verdicts: dict[str, Verdict] = {}
     for group in report.groups:
@@ -61,23 +61,23 @@ def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> N
     suite.attrib |= dict(zip(_COUNTED, map(str, (len(suite), failures, 0, skipped)), strict=True))
     ET.SubElement(suite, "system-out").text = _lines(
         [
-            f"{report.verdict_words}{wording.beside(report)}: {wording.counts(report, style, asks=False)}",
-            *(wording.coverage(report) if report.coverage.unread else ()),
-            *wording.assumed(report),
+            f"{report.verdict_words}{phrases.beside(report)}: {phrases.counts(report, style, asks=False)}",
+            *(phrases.coverage(report) if report.coverage.unread else ()),
+            *phrases.assumed(report),
             *(f"not checked: {item}" for item in report.not_checked),
         ]
     )
 
 
 def _fill(case: ET.Element, verdict: Verdict, findings: Sequence[Finding], places: Places, style: Style) -> None:
-    """Add to a test why it fails or is skipped, and what else was found."""
+    """Add failure, skip reason and other findings to a test."""
     errors = [finding for finding in findings if _stands_as_error(finding)]
     if errors:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         message = clean(errors[0].message + more)
         failure = ET.SubElement(case, "failure", message=message, type=clean(errors[0].code))
         failure.text = _lines(
-            line for error in errors for line in (_line(error, places), *map(_indented, wording.helps(error)))
+            line for error in errors for line in (_line(error, places), *map(_indented, phrases.helps(error)))
         )
     elif verdict is not Verdict.COMPATIBLE:
         ET.SubElement(case, "skipped", message=clean(_reason(verdict, findings)))
@@ -87,7 +87,7 @@ def _fill(case: ET.Element, verdict: Verdict, findings: Sequence[Finding], place
 
 
 def _line(finding: Finding, places: Places) -> str:
-    place = "" if finding.place is None else f"{wording.position(places.exact(finding.place))}: "
+    place = "" if finding.place is None else f"{phrases.position(places.exact(finding.place))}: "
     accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
     return f"{place}{finding.severity}[{finding.code}] {finding.message}{accepted}"
 
@@ -97,7 +97,7 @@ def _stands_as_error(finding: Finding) -> bool:
 
 
 def _tests(finding: Finding) -> list[str]:
-    """Names of the tests a finding belongs to."""
+    """Return the names of the tests that a finding belongs to."""
     topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
     return topics or [f"{finding.code} {finding.name}"]
 

@@ -1,11 +1,11 @@
-"""Markdown for the summary of a pipeline's step, or for a comment in a pull request."""
+"""The format ``markdown``, for summaries of pipeline steps and for comments in pull requests."""
 
 from __future__ import annotations
 
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.causes import causes, same_cause
 from cqos_core.formatters.places import Places, relative
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cqos_core.model.style import Style
 
 _MOST: Final = 200  # causes: a summary of GitHub may have 1 MiB
-# What is markup, a mention, an emoji or an address that becomes a link.
+# Characters of markup, mentions, emojis and links.
 _SPECIAL = re.compile(r"[\\`*_{}\[\]<>&#|~@!$:]|(?<=www)\.", re.IGNORECASE)
 _MOST_UNREAD: Final = 100  # parts of one system: as above
 _NAME = re.compile(r"`([^`]+)`")
@@ -27,24 +27,24 @@ def render_markdown(report: Report, style: Style) -> str:
     """Return a heading and a table of findings for each system that was checked by itself."""
     lines = [line for part in report.parts or (report,) for line in _section(part, style)]
     if report.parts:
-        total = wording.total(report, style, terminal.paint(color=False), asks=False)
+        total = phrases.total(report, style, terminal.paint(color=False), asks=False)
         lines = [f"**{as_markdown(total)}**", "", *lines]
-    lines += [f"- {as_markdown(each)}" for each in wording.assumed(report)]
+    lines += [f"- {as_markdown(each)}" for each in phrases.assumed(report)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
 def _section(report: Report, style: Style) -> Iterator[str]:
-    counts = as_markdown(wording.counts(report, style, asks=False))
-    yield f"### C-QoS: {as_markdown(wording.heading(report) or 'system')}"
-    yield from ("", f"**{report.verdict_words}**{wording.beside(report)}: {counts}", "")
-    found = causes([each for each in wording.shown(report, style) if each.accepted is None], style)
+    counts = as_markdown(phrases.counts(report, style, asks=False))
+    yield f"### C-QoS: {as_markdown(phrases.heading(report) or 'system')}"
+    yield from ("", f"**{report.verdict_words}**{phrases.beside(report)}: {counts}", "")
+    found = causes([each for each in phrases.shown(report, style) if each.accepted is None], style)
     if found:
         yield from ("| | where | what | what to do |", "| - | ----- | ---- | ---------- |")
         yield from (*_rows(found[:_MOST], style), "")
     if rest := sum(len(cause.findings) for cause in found[_MOST:]):
         yield from (f"{rest} more findings are not listed.", "")
     if report.coverage.unread:
-        covered = [*wording.coverage(report)]
+        covered = [*phrases.coverage(report)]
         yield from (f"- {as_markdown(each)}" for each in covered[:_MOST_UNREAD])
         if rest := len(covered[_MOST_UNREAD:]):
             yield f"- {rest} more are not listed."

@@ -6,7 +6,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.causes import causes
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json, versioned
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 SECTIONS: Final = ("policies", "guarantees", "findings")
-"""What `pair_as_text` has beside the answer: all policies, what the subscriber gets, all findings with their reasons."""
+"""Parts of `pair_as_text` beside the answer: all policies, the guarantees, all findings with reasons."""
 _ANSWER: Final = 12
-"""The policies and findings of an answer have so many lines, or one finding."""
+"""The most lines of policies and findings in an answer; one finding is always shown."""
 _NARROWEST: Final = 40
 _VERDICTS: Final = frozenset({"compatible", "incompatible", "unknown"})
 _HEADER = ("policy", "offered", "requested", "verdict", "rules")
@@ -46,7 +46,7 @@ _VERDICT = _HEADER.index("verdict")
 def pair_as_text(
     pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style, shown: Collection[str] = ()
 ) -> str:
-    """Return an explained pair for people: its verdict, the policies that are compared, and what to do.
+    """Return an explained pair as text: its verdict, the compared policies, and what to change.
 
     ``shown`` are the `SECTIONS` to print instead of the answer, or ``all``.
     """
@@ -81,13 +81,13 @@ def _about_pair(pair: PairReport, ends: tuple[Resolved, Resolved], colors: Paint
 def _policies(
     comparisons: Iterable[PolicyComparison], ends: tuple[Resolved, Resolved], style: Style, *, origins: bool = True
 ) -> list[str]:
-    """Return a table of policies; without the ``origins`` of their values, if so."""
+    """Return a table of policies, with or without the ``origins`` of values."""
     colors = paint(color=style.color)
 
     def color(piece: str, column: int) -> str:
         return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
 
-    say = wording.value if origins else _bare
+    say = phrases.value if origins else _bare
     rows = [row for each in comparisons if (row := _row(each, ends[0].pack, say)) is not None]
     return table(_HEADER, rows, style.width, color)
 
@@ -97,7 +97,7 @@ def _bare(fact: Fact) -> str:
 
 
 def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> list[str]:
-    """Return whether the ends fit and why, what to do, and with which option the rest is shown: a screen at most."""
+    """Return the short answer: compared policies, findings with fixes, and the options for the rest. It fits on a screen."""
     compared = [each for each in pair.policies if each.verdict is not None]
     codes = {code for each in compared for code in each.rules}
     lines = _way(pair) if pair.hops else [*_compared(compared, ends, style)]
@@ -110,7 +110,7 @@ def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], s
         if said and len(lines) + len(own) > _ANSWER:
             if cause.first.severity is not Severity.ERROR:
                 break
-            own = own[:2]  # what is wrong is always said
+            own = own[:2]  # an error always has its headline
         said += 1
         lines += own
     lines += [""] if said else []
@@ -121,12 +121,12 @@ def _answer(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], s
         (rest, "more finding", "more findings", "findings"),
     )
     more = [f"{count} {one if count == 1 else many} (--show {word})" for count, one, many, word in hidden if count > 0]
-    lines += [*wording.assumed(report), *hanging(style.width, f"more: {', '.join([*more, 'all (--show all)'])}", 0)]
+    lines += [*phrases.assumed(report), *hanging(style.width, f"more: {', '.join([*more, 'all (--show all)'])}", 0)]
     return lines
 
 
 def _way(pair: PairReport) -> list[str]:
-    """Tell the way from publisher to subscriber, a line for each pair and each bridge."""
+    """Return the path from publisher to subscriber, a line for each pair and each bridge."""
     lines = []
     for number, hop in enumerate(pair.hops, 1):
         ends = f"{clean(hop.publisher)} to {clean(hop.subscriber)}"
@@ -137,7 +137,7 @@ def _way(pair: PairReport) -> list[str]:
 
 
 def _gets(pair: PairReport, columns: int) -> list[str]:
-    """Tell what the subscriber gets, hop by hop where there are several, and under which fault."""
+    """Return tables of guarantees, by fault, and by hop if there are several."""
     faults = [
         (each.word, *(cell.value for cell in each.cells), ", ".join(dict.fromkeys(code for code, _ in _losses(each))))
         for each in pair.guarantees
@@ -161,7 +161,7 @@ def _column(fault: str) -> str:
 
 
 def _seen(pair: PairReport, columns: int) -> list[str]:
-    """Tell where what is given was seen on running middleware; cells of one origin together."""
+    """Return lines on the proofs of guarantees on running middleware, grouped by origin."""
     cells = [(each.word, cell) for each in pair.guarantees for cell in each.cells if cell.proven or cell.derived]
     lines = []
     for origin, own in sorted(grouped((_origin(cell), (word, cell)) for word, cell in cells).items(), reverse=True):
@@ -184,7 +184,7 @@ def _named(endpoint: Resolved) -> str:
 
 
 def _compared(comparisons: Sequence[PolicyComparison], ends: tuple[Resolved, Resolved], style: Style) -> Iterator[str]:
-    """Yield the policies that do not fit with their values, and the names of the others; all with their values where all fit."""
+    """Yield the incompatible and unknown policies with values, and the names of the others; all with values if all are compatible."""
     doubtful = [each for each in comparisons if each.verdict is not Verdict.COMPATIBLE]
     fitting = [each.policy for each in comparisons if each.verdict is Verdict.COMPATIBLE]
     if doubtful:
@@ -196,9 +196,9 @@ def _compared(comparisons: Sequence[PolicyComparison], ends: tuple[Resolved, Res
 
 
 def _row(
-    comparison: PolicyComparison, pack: RulePack, say: Callable[[Fact], str] = wording.value
+    comparison: PolicyComparison, pack: RulePack, say: Callable[[Fact], str] = phrases.value
 ) -> tuple[str, ...] | None:
-    """Return the row of a policy; None for what the pack derives, if it derives nothing here and no rule compares it."""
+    """Return the table row of a policy; None for a derived policy without a value that no rule compares."""
     policy = next(each for each in pack.policies if each.name == comparison.policy)
     facts = ((PUBLISHER, comparison.offered), (SUBSCRIBER, comparison.requested))
     if policy.derived and comparison.verdict is None and all(f is None or f.origin == "default" for _, f in facts):
@@ -209,7 +209,7 @@ def _row(
 
 
 def endpoints_as_text(endpoints: Sequence[Resolved], columns: int, *, color: bool) -> str:
-    """List endpoints topic by topic, those that match together."""
+    """Return a list of endpoints by topic; endpoints that match are grouped."""
     colors = paint(color=color)
     if not endpoints:
         return "there are no endpoints\n"
@@ -224,7 +224,7 @@ def endpoints_as_text(endpoints: Sequence[Resolved], columns: int, *, color: boo
 
 
 def _about(endpoint: Resolved) -> str:
-    """What a person calls the endpoint and its participant, where an id of a modeler says nothing."""
+    """Return the labels of an endpoint and its participant, for ids that a modeler generated."""
     label, participant = endpoint.endpoint.label or "", endpoint.participant.participant
     owner = participant.label or participant.id
     return ", ".join(part for part in (label, "" if endpoint.id.startswith(owner) else f"of {owner}") if part)
@@ -240,7 +240,7 @@ def _by_topic(endpoints: Sequence[Resolved]) -> dict[tuple[str, str], list[Resol
 
 
 def pair_as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
-    """Return an explained pair for programs."""
+    """Return an explained pair as JSON."""
     publisher, subscriber = ends
     return versioned(
         {
@@ -256,7 +256,7 @@ def pair_as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolve
 
 
 def endpoints_as_json(endpoints: Sequence[Resolved]) -> str:
-    """Return endpoints topic by topic for programs."""
+    """Return endpoints by topic as JSON."""
     topics = [
         {
             "topic": topic,

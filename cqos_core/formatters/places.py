@@ -1,4 +1,4 @@
-"""Exact places of the findings that are printed, and the excerpts around them."""
+"""Exact places of findings, and source excerpts at them."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class Places:
-    """Fills in the columns that importers left open, scanning each source once for all findings."""
+    """Finds the columns that importers leave open, scanning each source once for all findings."""
 
     def __init__(self, findings: Iterable[Finding], sources: Mapping[str, bytes]) -> None:
-        """Find the exact places of everything ``findings`` point at."""
+        """Find the exact places of all values, sides and edits of ``findings``."""
         self._sources = sources
         places = [place for finding in findings for place in _places(finding)]
         self._exact: Mapping[Place, Place] = {}
@@ -28,11 +28,11 @@ class Places:
             self._exact = exact(places, sources)
 
     def exact(self, place: Place) -> Place:
-        """``place`` with its column where the source tells it, else as it is."""
+        """Return ``place`` with its column, if the source tells it."""
         return self._exact.get(place, place)
 
     def excerpt(self, place: Place) -> Excerpt | None:
-        """The line of ``place`` and what to mark in it; None without the source or a line."""
+        """Return the line of ``place`` and the part to mark; None without source or line."""
         from cqos_core.model.excerpt import span
 
         return span(self.exact(place), self._sources)
@@ -47,7 +47,7 @@ def _places(finding: Finding) -> Iterator[Place]:
 
 
 def relative(source: str, style: Style) -> str:
-    """Return the path of a source, relative below the folder of the run, with slashes, so that it fits the repository."""
+    """Return the path of a source with slashes, relative to the folder of the run if it is below it."""
     if style.folder and source.startswith(style.folder.rstrip(os.sep) + os.sep):
         source = source[len(style.folder.rstrip(os.sep)) + 1 :]
     return source.replace(os.sep, "/").removeprefix("./")

@@ -1,4 +1,4 @@
-"""Runs of pairs on middleware: their timelines, and their records as JSON."""
+"""Runs of pairs on middleware: timelines as text, and records as JSON."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def _ranges(numbers: Sequence[int]) -> str:
     return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
 
 
-def recorded(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Sequence[str]) -> dict[str, Any]:
-    """Return a run as JSON has it: the pair, the plan, what happened, and what differs from the verdict."""
+def run_record(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Sequence[str]) -> dict[str, Any]:
+    """Return the JSON record of a run: the pair, the plan, the events, and disagreements with the verdict."""
     plan = asdict(trial.plan)
     return {
         "publisher": trial.publisher,
@@ -98,7 +98,7 @@ def runs_from_json(name: str, data: bytes) -> tuple[dict[str, Any], ...]:
 
 
 def _check(run: Mapping[str, Any]) -> None:
-    """Raise `TypeError` or `KeyError` for what is no run."""
+    """Raise `TypeError` or `KeyError` if a record is no run."""
     wrong = [key for key, kind in _FORM.items() if not isinstance(run[key], kind)]
     fault = run["plan"]["fault"]
     timeline(Event(**each) for each in run["events"])

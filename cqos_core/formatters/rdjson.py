@@ -1,4 +1,4 @@
-"""The Reviewdog Diagnostic Format: reviewdog puts findings and fixes into the review of any forge.
+"""The format ``rdjson``: the Reviewdog Diagnostic Format, which reviewdog shows in reviews of any forge.
 
 Columns count bytes of UTF-8: https://github.com/reviewdog/reviewdog/tree/master/proto/rdf
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
 from cqos_core.model.encoding import Lines, decode
@@ -26,8 +26,8 @@ Json = dict[str, Any]
 
 
 def render_rdjson(report: Report, style: Style) -> str:
-    """Return one diagnostic for each finding that is not accepted, with its fix where that changes one place in the file of the finding."""
-    findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
+    """Return one diagnostic for each finding that is not accepted, with its fix if that changes one place in its file."""
+    findings = [finding for finding in phrases.shown(report, style) if finding.accepted is None]
     writer = _Diagnostics(Places(findings, style.sources), style, next(iter(report.sources), ""))
     listed = [writer.diagnostic(each, fixed=number < _MOST_FIXED) for number, each in enumerate(findings)]
     address = {"url": style.documentation} if style.documentation else {}
@@ -35,7 +35,7 @@ def render_rdjson(report: Report, style: Style) -> str:
 
 
 class _Diagnostics:
-    """Writes diagnostics of one report; those without a place are about the file ``whole``."""
+    """Writes the diagnostics of one report; those without a place refer to the file ``whole``."""
 
     def __init__(self, places: Places, style: Style, whole: str) -> None:
         self._places = places
@@ -44,11 +44,11 @@ class _Diagnostics:
         self._lines: dict[str, Lines] = {}
 
     def diagnostic(self, finding: Finding, *, fixed: bool) -> Json:
-        """Return one finding."""
+        """Return the diagnostic of a finding."""
         url = self._style.rule_url(finding.code)
         suggestions = self._suggestions(finding) if fixed else []
         return {
-            "message": wording.message_and_helps(finding),
+            "message": phrases.message_and_helps(finding),
             "location": self._location(finding.place),
             "severity": _SEVERITIES[finding.severity],
             "code": {"value": finding.code, **({"url": url} if url else {})},

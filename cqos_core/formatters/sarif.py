@@ -1,4 +1,4 @@
-"""SARIF 2.1.0, which code scanning services read; only the part of it that says what a report knows."""
+"""The format ``sarif``: SARIF 2.1.0 for code scanning services."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places, relative
@@ -54,7 +54,7 @@ def render_sarif(report: Report, style: Style) -> str:
             "topics": report.topics,
             "pairs": report.pair_count,
             "notChecked": list(report.not_checked),
-            "assumed": [*wording.assumed(report)],
+            "assumed": [*phrases.assumed(report)],
             "coverage": report.coverage.to_dict(),
         },
     }
@@ -63,13 +63,13 @@ def render_sarif(report: Report, style: Style) -> str:
 
 
 def _rules(report: Report, style: Style) -> list[Json]:
-    """Describe each rule once, as far as its findings tell."""
+    """Return a description of each rule, as far as its findings tell."""
     by_code = grouped((finding.code, finding) for finding in report.findings)
     return [_rule(code, findings, style) for code, findings in sorted(by_code.items())]
 
 
 def _rule(code: str, findings: list[Finding], style: Style) -> Json:
-    """Say what all findings of a code agree on; the rules that a team writes itself share one code."""
+    """Return what all findings of a code have in common; rules of a team share one code."""
     names = {finding.name for finding in findings}
     reasons = {finding.because for finding in findings if finding.because}
     name = names.pop() if len(names) == 1 else ""
@@ -88,17 +88,17 @@ def _rule(code: str, findings: list[Finding], style: Style) -> Json:
 
 
 def _uri(source: str, style: Style) -> str:
-    """Return a reference to a file."""
+    """Return the URI of a file."""
     path = relative(source, style)
     escaped = quote(path.encode("utf-8", "surrogatepass"))
     if path.startswith("/"):
         return f"file://{escaped}"
-    # Only a drive has a colon there that means a place.
+    # The colon behind a drive letter must stay.
     return f"file:///{escaped.replace('%3A', ':', 1)}" if os.path.splitdrive(source)[0] else escaped
 
 
 class _Result:
-    """Builds one result; places are those of the finding's report."""
+    """Builds the result for one finding."""
 
     def __init__(self, report: Report, finding: Finding, places: Places, style: Style) -> None:
         self._style = style
@@ -107,7 +107,7 @@ class _Result:
         self._places = places
 
     def build(self, rule_index: int, *, with_fixes: bool) -> Json:
-        """Return the result, which belongs to the rule of that index."""
+        """Return the result, with the index of its rule."""
         finding = self._finding
         related = list(self._related())
         fixes = list(self._fixes()) if with_fixes else []
@@ -115,7 +115,7 @@ class _Result:
             "ruleId": finding.code,
             "ruleIndex": rule_index,
             "level": finding.severity.value,
-            "message": {"text": wording.message_and_helps(finding)},
+            "message": {"text": phrases.message_and_helps(finding)},
             "locations": self._locations(),
             **({"relatedLocations": related} if related else {}),
             **({"fixes": fixes} if fixes else {}),
@@ -136,7 +136,7 @@ class _Result:
         return [{"kind": kind, "status": "accepted", "justification": self._finding.accepted}]
 
     def _accepted_beside(self) -> bool:
-        """Whether a comment of the source accepts the finding, at one of its places."""
+        """Whether a comment at one of its places accepts the finding."""
         sources, reason = self._style.sources, self._finding.accepted or ""
         lines = (
             Lines(decode(sources[place.source])).line(place.line)
@@ -147,7 +147,7 @@ class _Result:
         return any(_IGNORES.search(line) and reason in line for line in lines)
 
     def _locations(self) -> list[Json]:
-        """Return the one place to show the result at; services refuse a result that has none."""
+        """Return the one location of the result; services refuse a result without any."""
         place = self._finding.place
         location: Json = {}
         if place is not None:
@@ -161,7 +161,7 @@ class _Result:
         return [location] if location else []
 
     def _logical(self, place: Place | None) -> Iterator[tuple[str, str]]:
-        """Yield names and kinds: the members of the primary side, then the element to mark."""
+        """Yield names and kinds of logical locations: the members of the first side, then the element."""
         yield from ((member, side.role) for side in self._finding.sides[:1] for member in side.members)
         if place is not None and place.element is not None:
             yield place.element, "element"
@@ -180,12 +180,12 @@ class _Result:
         return {"startColumn": column, **({"endColumn": column + excerpt.width} if excerpt else {})}
 
     def _fixes(self) -> Iterator[Json]:
-        """Yield the fixes that stand in a file, the best first."""
+        """Yield the fixes that change files, the best first."""
         for remedy in self._finding.remedies:
             replaced = self._style.replaced(remedy.edits) if remedy.edits else {}
             if replaced:
                 yield {
-                    "description": {"text": wording.fix(remedy)},
+                    "description": {"text": phrases.fix(remedy)},
                     "artifactChanges": [self._change(source, made) for source, made in replaced.items()],
                 }
 
@@ -200,7 +200,7 @@ class _Result:
         }
 
     def _related(self) -> Iterator[Json]:
-        """Yield the other values and the other sides, each with what it says."""
+        """Yield the other values and sides, each with its text."""
         main = self._finding.place
         stated = dict.fromkeys(stated for side in self._finding.sides for stated in _stated(side))
         others = [(place, text) for place, text in stated if place != main]
@@ -215,10 +215,10 @@ def _region(lines: Lines, start: int, end: int) -> Json:
 
 
 def _stated(side: Side) -> Iterator[tuple[Place, str]]:
-    who = wording.listed(side.members) or side.role
+    who = phrases.listed(side.members) or side.role
     for fact in side.facts:
         if (place := fact.place or side.place) is not None:
-            label = wording.label(side.label, fact)
-            yield place, f"{who}: {fact.policy} {wording.value(fact)}{label and f', {label}'}"
+            label = phrases.label(side.label, fact)
+            yield place, f"{who}: {fact.policy} {phrases.value(fact)}{label and f', {label}'}"
     if not side.facts and side.place is not None:
         yield side.place, f"{who}{side.label and f', {side.label}'}"

@@ -1,11 +1,11 @@
-"""How many findings each rule has: a line per rule, errors first, then the most frequent."""
+"""The format ``statistics``: the number of findings of each rule, errors first, then the most frequent."""
 
 from __future__ import annotations
 
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Report
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def render_statistics(report: Report, style: Style) -> str:
     """Return the number, severity, code and name of each rule with findings that count, and the verdict or total as the last line."""
     paint = terminal.paint(color=style.color)
-    counted = [each for each in wording.shown(report, style) if each.accepted is None]
+    counted = [each for each in phrases.shown(report, style) if each.accepted is None]
     rows = Counter((each.severity, each.code, each.name) for each in counted)
     digits = max((len(str(count)) for count in rows.values()), default=0)
     width = max((len(code) for _, code, _ in rows), default=0)
@@ -23,4 +23,4 @@ def render_statistics(report: Report, style: Style) -> str:
         f"{count:>{digits}}  {paint(f'{severity:<7}', severity)}  {terminal.clean(f'{code:<{width}}  {name}')}"
         for (severity, code, name), count in sorted(rows.items(), key=lambda row: (row[0][0].rank, -row[1], row[0][1:]))
     ]
-    return "\n".join([*lines, *wording.conclusion(report, style, paint)]) + "\n"
+    return "\n".join([*lines, *phrases.conclusion(report, style, paint)]) + "\n"

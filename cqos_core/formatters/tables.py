@@ -46,7 +46,7 @@ def _longest_word(column: Sequence[str]) -> int:
 
 
 def _fitting(widths: list[int], floors: Sequence[int], width: int) -> list[int]:
-    """Take from the widest columns until all fit, or none can give any more."""
+    """Narrow the widest columns until all fit, or all have their longest word only."""
     excess = sum(widths) + len(_GAP) * (len(widths) - 1) - width
     while excess > 0 and (giving := [index for index, room in enumerate(widths) if room > floors[index]]):
         widths[max(giving, key=widths.__getitem__)] -= 1

@@ -1,4 +1,4 @@
-"""Text for people's terminals: nothing in it acts on the terminal, and its width is known in cells."""
+"""Text for terminals: control characters are spelled, and widths are counted in cells."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Paint = Callable[[str, str], str]
 
 
 def paint(*, color: bool) -> Paint:
-    """Return what colours text, or leaves it as it is."""
+    """Return a function that colours text, or one that leaves it unchanged."""
     # Eight escape sequences: rich would cost more than all else that a short report needs at start-up.
     if not color:
         return lambda text, _role: text
@@ -33,12 +33,12 @@ def paint(*, color: bool) -> Paint:
 
 
 def clean(text: str) -> str:
-    r"""Return ``text`` as one line in which whatever is invisible or acts on a terminal is spelled: ``\x1b``, ``\n``."""
+    r"""Return ``text`` as one line, with invisible and control characters spelled: ``\x1b``, ``\n``."""
     return text if text.isprintable() else "".join(map(clean_character, text))
 
 
 def clean_character(character: str) -> str:
-    """Return one character, spelled where it does not print."""
+    """Return a character, spelled if it does not print."""
     if character.isprintable() or character in _JOINERS:
         return character
     # Surrogates, too, end up here: no stream could encode them.
@@ -46,7 +46,7 @@ def clean_character(character: str) -> str:
 
 
 def cells(text: str) -> int:
-    """How many columns of a terminal ``text`` takes; it must be clean."""
+    """Return how many columns of a terminal clean ``text`` takes."""
     return len(text) if text.isascii() else sum(map(_width, text))
 
 

@@ -1,4 +1,4 @@
-"""The default form: what is wrong, where, and what to write, in eight lines at most; of many findings a summary first."""
+"""The format ``text``: at most eight lines per finding; many findings begin with a summary."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections import Counter
 from itertools import takewhile
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.formatters import terminal, wording
+from cqos_core.formatters import phrases, terminal
 from cqos_core.formatters.causes import causes, places_of, same_cause
-from cqos_core.formatters.full import pointed_at, render_excerpt, value_of
+from cqos_core.formatters.full import marked_places, render_excerpt, value_of
 from cqos_core.formatters.places import Places
 from cqos_core.formatters.tables import table
 from cqos_core.model.dataclass import dataclass
@@ -25,29 +25,29 @@ if TYPE_CHECKING:
     from cqos_core.model.style import Style
 
 _LINES: Final = 8
-"""So many lines has a finding at most."""
+"""The most lines of a finding."""
 _FEW: Final = 10
 """More findings than this begin with a summary."""
 _SCREEN: Final = 40
-"""The summary and the findings below it have so many lines at most; there is always one finding."""
+"""The most lines of the summary and the findings below it; one finding is always shown."""
 _RULES: Final = 20
-"""So many rules has the summary at most."""
+"""The most rules in the summary."""
 _REWRITTEN: Final = 60
-"""In so many findings the new text of a line is shown: for each, its file is read again."""
+"""The most findings with the new text of a line: for each, its file is read again."""
 _HEADLINE, _HELP = 3, 2  # lines
 _FILES: Final = 3
 _WIDE: Final = 10_000
 _BEFORE: Final = 12
-"""So many characters before a change are shown of a line that is too long."""
+"""Characters that are shown before a change in a line that is too long."""
 _LEAST: Final = 20
-"""Cells that a text keeps in the narrowest terminal."""
+"""The least cells of a text in a narrow terminal."""
 _NOTHING: Final = "CQ404"  # the other findings say why nothing was compared
 
 
 def render_text(report: Report, style: Style) -> str:
     """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
     paint = terminal.paint(color=style.color)
-    parts = [(part, causes(wording.shown(part, style), style)) for part in report.parts or (report,)]
+    parts = [(part, causes(phrases.shown(part, style), style)) for part in report.parts or (report,)]
     found = [cause for _, part in parts for cause in part]
     page = Page(style, Places([each for cause in found for each in cause.findings], style.sources))
     summary = len(found) > _FEW and not style.listed
@@ -57,14 +57,14 @@ def render_text(report: Report, style: Style) -> str:
         if not summary:
             blocks += [page.finding(each, alone=not explained) for each in own]
         if report.parts:
-            verdict = [*wording.verdict(part, style, paint)]
+            verdict = [*phrases.verdict(part, style, paint)]
             if blocks and blocks[-1].verdict and (summary or not own):
                 blocks[-1].lines.extend(verdict)  # nothing to tell it apart from the line before
             else:
                 blocks.append(_Block(verdict, verdict=True))
-    end = [*_remarks(report, style, found, summary=summary), *wording.conclusion(report, style, paint)]
+    end = [*_remarks(report, style, found, summary=summary), *phrases.conclusion(report, style, paint)]
     if not found and not report.parts:  # a correct design is one line
-        end[-1] = "; ".join([end[-1], *wording.assumed(report)])
+        end[-1] = "; ".join([end[-1], *phrases.assumed(report)])
     if summary:
         room = _SCREEN - sum(len(each.lines) + 1 for each in blocks) - len(end)
         blocks[1:1] = page.worst(found, room)
@@ -72,15 +72,15 @@ def render_text(report: Report, style: Style) -> str:
 
 
 def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: bool) -> Iterator[str]:
-    """Yield what is said above the verdict."""
+    """Yield the remarks above the verdict."""
     paint = terminal.paint(color=style.color)
     if style.losses:
-        from cqos_core.formatters.changes import losses
+        from cqos_core.formatters.snapshot_changes import subscriber_losses
 
-        yield from losses(report)
+        yield from subscriber_losses(report)
     texts = [f"not checked: {'; '.join(report.not_checked)}"] if style.not_checked and report.not_checked else []
-    texts += wording.coverage(report) if style.coverage else ()
-    texts += wording.assumed(report) if found or report.parts else ()
+    texts += phrases.coverage(report) if style.coverage else ()
+    texts += phrases.assumed(report) if found or report.parts else ()
     if style.codes and not found:
         texts.append("there is no finding of the rules that --show names")
     if found:
@@ -96,13 +96,13 @@ def _remarks(report: Report, style: Style, found: Sequence[Cause], *, summary: b
 
 
 def _fitting(parts: Sequence[tuple[int, list[str]]]) -> list[str]:
-    """Return the lines of the parts that fit into `_LINES`, in their order; those of lower ranks are kept first."""
+    """Return the lines of parts that fit into `_LINES`; parts of lower rank are kept first."""
     room = _LINES
     kept: set[int] = set()
     full: set[int] = set()
     for number, (rank, lines) in sorted(enumerate(parts), key=lambda each: each[1][0]):
         if len(lines) > room or rank in full:
-            full.add(rank)  # the next one of its kind would seem to be all there is
+            full.add(rank)  # without the first one, the next of its kind would look complete
             continue
         kept.add(number)
         room -= len(lines)
@@ -111,7 +111,7 @@ def _fitting(parts: Sequence[tuple[int, list[str]]]) -> list[str]:
 
 @dataclass(slots=True)
 class _Block:
-    """Lines that belong together, and whether they are verdicts of systems."""
+    """Lines of one block, and whether they are verdicts of systems."""
 
     lines: list[str]
     verdict: bool = False
@@ -129,11 +129,11 @@ class Page:
     # Findings
 
     def finding(self, cause: Cause, *, alone: bool = True) -> _Block:
-        """Return the lines of findings of one cause; of one that others explain, unless it stands ``alone``, only what is wrong."""
+        """Return the lines of one cause. Unless it stands ``alone``, a finding that others explain has only its headline."""
         first = cause.first
         if first.code == _NOTHING and not alone:
             return _Block(self._headline(first))
-        # In the order of the page, each with how soon it gives way where there is no room: 0 never does.
+        # In the order of the page, each with its rank: higher ranks are dropped first, 0 never.
         parts: list[tuple[int, list[str]]] = [(0, self._headline(first)), (0, self._others(cause))]
         where, other = self._where(first)
         fix = next((each for each in first.remedies if each.edits), None)
@@ -149,13 +149,13 @@ class Page:
                 lines = self._paragraph("help:", "help", sentence, 1 if own else _HELP)
                 parts.append((1 if own else 4, [*lines, *own]))
         if first.worlds:
-            parts.append((6, self._paragraph("note:", "title", wording.worlds(first.worlds), 1)))
+            parts.append((6, self._paragraph("note:", "title", phrases.worlds(first.worlds), 1)))
         if first.accepted is not None:
             parts.append((0, self._paragraph("accepted:", "title", first.accepted, 1)))
         return _Block(_fitting(parts))
 
     def answer(self, cause: Cause, compared: Collection[str]) -> list[str]:
-        """Return a finding about a pair in three or four lines: what is wrong, unless values of its rule are ``compared``, and the fix."""
+        """Return a finding about a pair in three or four lines: its message, unless the values are ``compared`` above, and its fix."""
         first = cause.first
         named = first.code in compared
         headline = [self._head(first, first.name)] if named else _cut(self._headline(first), 2)
@@ -178,34 +178,34 @@ class Page:
         return [painted if first.startswith(head) else first, *(f"  {line}" for line in rest)]
 
     def _others(self, cause: Cause) -> list[str]:
-        """Return the line that names the other findings of a cause."""
+        """Return the line on the other findings of a cause."""
         return self._paragraph("", "", same_cause(cause, self._places), 1) if cause.more else []
 
     def _where(self, finding: Finding) -> tuple[list[str], list[str]]:
-        """Return the lines with the first place of a finding, and with that of the other side."""
+        """Return the line with the first place of a finding, and the line with that of the other side."""
         lines: list[list[str]] = []
         seen = set()
         for side in finding.sides:
-            place = next((place for _, place in pointed_at(side) if place is not None), None)
+            place = next((place for _, place in marked_places(side) if place is not None), None)
             if place is None or place in seen:
                 continue
             seen.add(place)
-            where = wording.position(self._places.exact(place))
-            line = _short(f"{where}  {_said(side, self._places)}".rstrip(), self._style.width - 6)
+            where = phrases.position(self._places.exact(place))
+            line = _short(f"{where}  {_stated_values(side, self._places)}".rstrip(), self._style.width - 6)
             lines.append([f"  {self._paint(':::' if lines else '-->', 'frame')} {line}"])
         return (lines[0] if lines else []), (lines[1] if len(lines) > 1 else [])
 
     def _excerpt(self, finding: Finding) -> list[str]:
-        """Return the line of a file at which a finding points, underlined."""
-        marks = [(side, place) for side in finding.sides for _, place in pointed_at(side) if place is not None]
+        """Return the source line of a finding, underlined."""
+        marks = [(side, place) for side in finding.sides for _, place in marked_places(side) if place is not None]
         return render_excerpt(marks[0][1], self._style).splitlines() if marks else []
 
     def _written(self, fix: Remedy, finding: Finding) -> list[str]:
-        """Return the new text of the line that a fix changes, where it can be written into its file."""
+        """Return the new text of the line that a fix changes, if it changes a file."""
         if self._rewritten >= _REWRITTEN:
             return []
         self._rewritten += 1
-        lines = [*rewritten(fix, self._style)]
+        lines = [*changed_lines(fix, self._style)]
         if not lines:
             return []
         first = lines[0]
@@ -227,7 +227,7 @@ class Page:
     # Summary
 
     def summary(self, found: Sequence[Cause]) -> _Block:
-        """Return how many findings each rule has, and where."""
+        """Return the summary: the number of findings of each rule, and their places."""
         findings = [finding for cause in found for finding in cause.findings]
         files = Counter(each.place.source for each in findings if each.place is not None)
         below, alone = _common_folder(files), next(iter(files)) if len(files) == 1 else ""
@@ -261,7 +261,7 @@ class Page:
         return _Block(lines)
 
     def worst(self, found: Sequence[Cause], room: int) -> Iterator[_Block]:
-        """Yield the gravest findings, at least one, as many as fit into so many lines."""
+        """Yield the worst findings that fit into ``room`` lines, at least one."""
         for number, cause in enumerate(sorted(found, key=lambda each: each.first.severity.rank)):
             block = self.finding(cause, alone=False)
             room -= len(block.lines) + 1
@@ -271,15 +271,15 @@ class Page:
 
 
 def _common_folder(files: Collection[str]) -> str:
-    """Return the folder, with a slash, below which several files stand."""
+    """Return the common folder of several files, with a slash."""
     if len(files) < 2:  # noqa: PLR2004 - several
         return ""
     levels = zip(*(file.split("/")[:-1] for file in files), strict=False)
     return "".join(f"{names[0]}/" for names in takewhile(lambda names: len(set(names)) == 1, levels))
 
 
-class Written(NamedTuple):
-    """A line that a fix writes: its file, its number there, its text, and at which character the text differs."""
+class ChangedLine(NamedTuple):
+    """A line that a fix changes: its file, number and new text, and the first character that differs."""
 
     source: str
     number: int
@@ -287,8 +287,8 @@ class Written(NamedTuple):
     changed: int
 
 
-def rewritten(fix: Remedy, style: Style) -> Iterator[Written]:
-    """Yield the lines that a fix writes."""
+def changed_lines(fix: Remedy, style: Style) -> Iterator[ChangedLine]:
+    """Yield the lines that a fix changes."""
     for source, made in style.replaced(fix.edits).items():
         before = decode(style.sources[source])
         grown = 0
@@ -304,12 +304,12 @@ def rewritten(fix: Remedy, style: Style) -> Iterator[Written]:
                 if written not in old and written.strip():
                     before_it = old[min(number, len(old) - 1)].strip()
                     same = takewhile(lambda pair: pair[0] == pair[1], zip(written.strip(), before_it, strict=False))
-                    yield Written(source, line + number, written.strip(), sum(1 for _ in same))
+                    yield ChangedLine(source, line + number, written.strip(), sum(1 for _ in same))
 
 
-def _said(side: Side, places: Places) -> str:
-    """Return what a side states there: ``requested here: reliability reliable (preset default)``."""
-    facts = [(fact, place) for fact, place in pointed_at(side) if fact is not None]
+def _stated_values(side: Side, places: Places) -> str:
+    """Return the stated values of a side: ``requested here: reliability reliable (preset default)``."""
+    facts = [(fact, place) for fact, place in marked_places(side) if fact is not None]
     if not facts:
         return side.name
     excerpts = (None if place is None else places.excerpt(place) for _, place in facts)
@@ -318,23 +318,23 @@ def _said(side: Side, places: Places) -> str:
         f"{fact.policy} {value_of(fact, excerpt if fact.value[:1].isdigit() else None)}"
         for (fact, _), excerpt in zip(facts, excerpts, strict=True)
     )
-    label = wording.label(side.label, facts[0][0])
+    label = phrases.label(side.label, facts[0][0])
     return f"{label}: {values}" if label else values
 
 
 def _cut(lines: list[str], most: int) -> list[str]:
-    """Return the first lines, the last of them with an ellipsis where others are left out."""
+    """Return the first lines; an ellipsis marks that lines are left out."""
     return lines if len(lines) <= most else [*lines[: most - 1], f"{lines[most - 1]} …"]
 
 
 def _files(finding: Finding) -> set[str]:
-    """Return the files at which a finding points first on each side."""
-    places = (place for side in finding.sides for _, place in pointed_at(side)[:1])
+    """Return the files of the first places of all sides."""
+    places = (place for side in finding.sides for _, place in marked_places(side)[:1])
     return {place.source for place in places if place is not None}
 
 
 def _around(text: str, changed: int, room: int) -> str:
-    """Return a line, or of one that is too long the part around its change."""
+    """Return a line; if it is too long, the part around its change."""
     if terminal.cells(terminal.clean(text)) <= room or changed < _BEFORE:
         return _short(text, room)
     start = max(1, min(changed - _BEFORE, len(text) - room + 1))
@@ -342,7 +342,7 @@ def _around(text: str, changed: int, room: int) -> str:
 
 
 def _short(text: str, room: int) -> str:
-    """Return clean text that takes no more than so many columns, with an ellipsis where it is cut."""
+    """Return clean text of at most ``room`` columns, cut with an ellipsis."""
     text = terminal.clean(text)
     room = max(room, _LEAST)
     if terminal.cells(text) <= room:

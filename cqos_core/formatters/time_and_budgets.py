@@ -1,10 +1,10 @@
-"""``cqos explain --chains`` and ``--budgets``: what is certain of times and loads, as text and as JSON."""
+"""``cqos explain --chains`` and ``--budgets``, as text and JSON."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.behaviour.paths.budgets import budgets as budgets_of
+from cqos_core.behaviour.paths.budgets import budgets_of_system as budgets_of
 from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.behaviour.paths.time_ranges import DURATION
 from cqos_core.formatters.budgets import budgets_as_json, budgets_as_text
@@ -25,7 +25,7 @@ _STEPS: Final = ("step", "topic", "latency", "waits", "takes", "age after it")
 
 
 def explain_time(pipeline: Pipeline, form: str, columns: int, *, chains: bool, budgets: bool) -> str:
-    """Return chains with the times of their steps, and what links carry, as text or as JSON."""
+    """Return the times of chains and the budgets of links, as text or JSON."""
     found = chain_times(pipeline) if chains else None
     spent = budgets_of(pipeline) if budgets else None
     if form == "json":

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """The policies of a pack with a meaning in time; `cqos_core.behaviour.timers` and its siblings compare them with the control flow.
+    """The policies of a pack with a meaning in time; `cqos_core.behaviour.timer_findings` and its siblings compare them with the control flow.
 
     Names are those of policies; where the pack has no such policy they are empty. A pair is a policy and those of its values that
     have the meaning.

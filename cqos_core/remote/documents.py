@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.files.loading import GivenSource, read_together
-from cqos_core.files.merging import merge
-from cqos_core.files.opening import SentFiles
+from cqos_core.files.source_files import SentFiles
+from cqos_core.files.source_reader import GivenSource, read_together
+from cqos_core.files.system_merge import merge
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source

@@ -24,9 +24,9 @@ from cqos.v1 import (
     report_pb2,
     system_pb2,
 )
-from cqos_core.files.loading import GivenSource, included_files
-from cqos_core.files.opening import open_file, read_path
-from cqos_core.files.reading import read
+from cqos_core.files.inputs import read
+from cqos_core.files.source_files import open_file, read_path
+from cqos_core.files.source_reader import GivenSource, included_files
 from cqos_core.language.domains import SettingValue, as_text
 from cqos_core.model.finding import Severity
 from cqos_core.model.problems import CqosError, InputError, Problem

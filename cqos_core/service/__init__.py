@@ -1,5 +1,6 @@
-"""The gRPC service: the processes, doors, limits and memory of sessions around the answers of `cqos_core.remote`.
+"""The gRPC service: processes, servers, limits and sessions around the messages of `cqos_core.remote`.
 
-`worker` answers calls in a separate process, `pool` keeps such processes, `callers` and `fair_scheduler` share them. `calls` decides where a
-call is answered, and `open_sessions` has the names of sessions; `native` and `web` are the doors.
+`worker` answers calls in a separate process. `worker_pool` and `session_host` keep such processes; `caller_quotas` and
+`fair_scheduler` share them among callers. `call_dispatch` decides where a call is answered, `call_handlers` answers it, and
+`open_sessions` has the names of sessions. `grpc_server` and `web_server` are the servers.
 """

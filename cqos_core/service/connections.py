@@ -1,4 +1,4 @@
-"""HTTP connections of browsers: bounded in number and time, from the moment they are accepted until their last answer is read."""
+"""HTTP connections of browsers, bounded in number and time from accept until the last answer is read."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ if TYPE_CHECKING:
 
 _FIRST_SECONDS: Final = 10.0
 KEPT_SECONDS: Final = 75
-"""For which a connection without a request is kept: longer than proxies and browsers do, or requests would cross its end."""
+"""How long an idle connection is kept: longer than by proxies and browsers, so that no request crosses its end."""
 ABORT: Final = "cqos.abort"
-"""In the scope of a request, what ends its connection at once."""
+"""Key of the ASGI scope: a function that ends the connection at once."""
 _PIECE: Final = 64 * 1024
-"""Of an answer; the next one is written when the one before is on its way."""
+"""Bytes of an answer that are written at once; the next piece follows when they are sent."""
 _FREE_CHUNKS: Final = 256
 _CHUNK_BYTES: Final = 512
-"""On the average beyond the free ones: each chunk takes as long to parse as kilobytes in one."""
+"""The least average size of further chunks: parsing a chunk takes as long as kilobytes in one chunk."""
 _REST_BYTES: Final = 16 * 1024 * 1024
-"""Of a request that was answered already: dropped without parsing, so that its caller can read the answer."""
+"""The most bytes that are dropped of a request that was answered early, so that its caller can read the answer."""
 _ACCEPTING_SECONDS: Final = 0.05
-"""Before another try, where there is no descriptor left."""
+"""Pause before the next accept if no file descriptor is left."""
 _DESCRIPTORS_PART: Final = 4
-"""Of all descriptors that the process may have, connections of browsers take one in so many; the rest is for the other door."""
+"""Browsers may use one in so many file descriptors of the process; the others are for gRPC."""
 
 
 def most_connections(limits: Limits) -> int:
-    """Return how many connections of browsers there may be: as many as calls, as long as descriptors are left to others."""
+    """Return the most connections of browsers: as many as calls, within their part of the file descriptors."""
     if sys.platform == "win32":
         return limits.calls
     import resource
@@ -47,22 +47,22 @@ def most_connections(limits: Limits) -> int:
 
 
 class Connections:
-    """The open connections of one door: bounded in number, and those without a request go first."""
+    """The open connections of one server, bounded in number; those without a request are ended first."""
 
     def __init__(self, limits: Limits) -> None:
         self.seconds = limits.seconds
         self.most = most_connections(limits)
-        self._open: dict[_Accepted, None] = {}
+        self._open: dict[_Connection, None] = {}
 
     @property
     def first_seconds(self) -> float:
-        """From its acceptance to the whole head of its first request, and for each other head from its first byte."""
+        """The most seconds from accept to the complete head of the first request, and for each further head."""
         return min(self.seconds, _FIRST_SECONDS)
 
     async def accept(
-        self, listening: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None
+        self, listening: socket.socket, protocol: Callable[[], IdleTimeoutProtocol], context: ssl.SSLContext | None
     ) -> None:
-        """Accept connections until this is cancelled, one in a turn of the loop."""
+        """Accept connections until cancelled, one in each turn of the loop."""
         loop = asyncio.get_running_loop()
         while True:
             try:
@@ -70,43 +70,43 @@ class Connections:
             except OSError:  # it is gone already, or there is no descriptor for it until another one ends
                 await asyncio.sleep(_ACCEPTING_SECONDS)
                 continue
-            accepted = _Accepted(self)
+            accepted = _Connection(self)
             self._open[accepted] = None
             self._make_room(accepted)
             accepted.begin(opened, protocol, context)
             await asyncio.sleep(0)
 
-    def _make_room(self, newest: _Accepted) -> None:
-        """Where there are too many, end one that has had no request yet, else one that is idle, else the newest."""
+    def _make_room(self, newest: _Connection) -> None:
+        """If there are too many connections, end one without a request, else an idle one, else the newest."""
         if len(self._open) > self.most:
             silent = (each for each in self._open if each.is_silent and each is not newest)
             idle = (each for each in self._open if each.is_idle and each is not newest)
             (next(silent, None) or next(idle, None) or newest).end()
 
-    def ended(self, accepted: _Accepted) -> None:
+    def ended(self, accepted: _Connection) -> None:
         """Forget a connection."""
         self._open.pop(accepted, None)
 
     def leave(self) -> None:
-        """End those that do not speak yet."""
+        """End the connections that still negotiate."""
         for each in [*self._open]:
             if each.protocol is None:
                 each.end()
 
 
-class _Accepted:
-    """A connection from its acceptance on, also while its encryption is negotiated.
+class _Connection:
+    """A connection from accept on, also during the TLS handshake.
 
     Attributes:
-        protocol: what speaks HTTP on it, as soon as it can.
-        until: when the head of its first request has to be there.
+        protocol: the HTTP protocol, once it has begun.
+        until: when the head of its first request must be complete.
     """
 
     def __init__(self, held: Connections) -> None:
         self._held = held
         self._ended = False
         self._task: asyncio.Task[Any] | None = None
-        self.protocol: Patient | None = None
+        self.protocol: IdleTimeoutProtocol | None = None
         self.until = asyncio.get_running_loop().time() + held.first_seconds
 
     @property
@@ -119,25 +119,27 @@ class _Accepted:
         """Whether no request is under way."""
         return self.protocol is None or self.protocol.is_idle
 
-    def begin(self, opened: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None) -> None:
-        """Negotiate, and speak."""
+    def begin(
+        self, opened: socket.socket, protocol: Callable[[], IdleTimeoutProtocol], context: ssl.SSLContext | None
+    ) -> None:
+        """Start the TLS handshake, then HTTP."""
         if self._ended:
             opened.close()
             return
         self._task = asyncio.ensure_future(self._begun(opened, protocol, context))
 
     async def _begun(
-        self, opened: socket.socket, protocol: Callable[[], Patient], context: ssl.SSLContext | None
+        self, opened: socket.socket, protocol: Callable[[], IdleTimeoutProtocol], context: ssl.SSLContext | None
     ) -> None:
         loop = asyncio.get_running_loop()
 
-        def speaking() -> Patient:
+        def speaking() -> IdleTimeoutProtocol:
             self.protocol = protocol()
             self.protocol.accepted = self
             return self.protocol
 
         seconds = max(self.until - loop.time(), 0.001)
-        # A caller that speaks no TLS, or goes away, is no event of ours.
+        # A client without TLS, or one that goes away, is not worth a log line.
         with suppress(OSError):
             async with asyncio.timeout_at(self.until):  # type: ignore[attr-defined,unused-ignore] # Python 3.11, as the extra `web`
                 await loop.connect_accepted_socket(  # type: ignore[call-arg,unused-ignore]
@@ -151,7 +153,7 @@ class _Accepted:
         self.gone()
 
     def end(self) -> None:
-        """End it at once."""
+        """End the connection at once."""
         self.gone()
         if self.protocol is not None and self.protocol.transport is not None:
             self.protocol.drop()
@@ -159,13 +161,13 @@ class _Accepted:
             self._task.cancel()
 
     def gone(self) -> None:
-        """Note its end."""
+        """Remove it from the open connections."""
         self._ended = True
         self._held.ended(self)
 
 
 class _Parser(h11.Connection):
-    """HTTP/1.1 that refuses a body in very many very small chunks."""
+    """An HTTP/1.1 parser that refuses bodies of very many small chunks."""
 
     def __init__(self, most_head: int) -> None:
         super().__init__(h11.SERVER, most_head)
@@ -183,10 +185,10 @@ class _Parser(h11.Connection):
         return event
 
 
-class _Closing:
-    """A transport that is closed so that the last answer arrives, and that does not wait for ever for it to be read."""
+class _ClosingTransport:
+    """A transport whose close lets the last answer arrive, within a bounded time."""
 
-    def __init__(self, transport: asyncio.Transport, connection: Patient) -> None:
+    def __init__(self, transport: asyncio.Transport, connection: IdleTimeoutProtocol) -> None:
         self._transport = transport
         self._connection = connection
 
@@ -200,16 +202,16 @@ class _Closing:
         return self._connection.finishing or self._transport.is_closing()
 
 
-class Patient(H11Protocol):
-    """HTTP/1.1 that ends connections that are idle, requests that do not come as a whole, and answers that nobody reads.
+class IdleTimeoutProtocol(H11Protocol):
+    """The HTTP/1.1 protocol with timeouts: for idle connections, incomplete requests, and answers that are not read.
 
     Attributes:
-        accepted: the connection that this speaks on.
-        finishing: whether it is to be closed: what still comes is dropped.
+        accepted: its connection.
+        finishing: whether it is closing; further bytes are dropped.
     """
 
     held: Connections
-    accepted: _Accepted
+    accepted: _Connection
     finishing = False
     _seen: Any = None
     _in_part = False
@@ -228,21 +230,21 @@ class Patient(H11Protocol):
         return latest is None or latest.response_complete
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to wait for a request."""
-        closing: Any = _Closing(transport, self)
+        """Start the timeout for the first request."""
+        closing: Any = _ClosingTransport(transport, self)
         transport.set_write_buffer_limits(_PIECE)
         super().connection_made(closing)
         self._looking = self.loop.call_at(self.accepted.until, self._look)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Stop waiting."""
+        """Stop the timeout."""
         self.finishing = True
         self._looking.cancel()
         self.accepted.gone()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Read, and bound the wait for the rest."""
+        """Parse bytes, and bound the time for the rest of a head."""
         if not self.finishing:
             super().data_received(data)
             self._bound_rest()
@@ -252,7 +254,7 @@ class Patient(H11Protocol):
             self.drop()
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what cannot be read; if an answer has begun, it ends here."""
+        """Refuse an invalid request; an answer that has begun is cut off."""
         latest: Any = self.cycle
         if latest is not None:  # it waits for the rest of its body
             latest.disconnected = True
@@ -263,12 +265,12 @@ class Patient(H11Protocol):
             self.transport.abort()
 
     def on_response_complete(self) -> None:
-        """Go on to the next request, whose beginning may be there."""
+        """Continue with the next request, whose head may have begun."""
         super().on_response_complete()
         self._bound_rest()
 
     def _bound_rest(self) -> None:
-        """Give the rest of a head that has begun as long as a first request, however slowly it comes."""
+        """Start the timeout for the rest of a head that has begun."""
         in_part = self.is_idle and bool(self.conn.trailing_data[0])
         if in_part and not self._in_part and self.cycle is not None:
             self._look_in(self.held.first_seconds)
@@ -280,21 +282,21 @@ class Patient(H11Protocol):
         self._looking = self.loop.call_later(seconds, self._look)
 
     def _look(self) -> None:
-        """End it if nothing was under way since the last look."""
+        """Close the connection if no request came since the last check."""
         if self.cycle is self._seen and self.is_idle:
             self.transport.close()
         else:
             self._look_in(KEPT_SECONDS)
 
     def drop(self) -> None:
-        """End it at once, and with it what the kernel has of an answer that nobody reads."""
+        """End the connection at once, and discard the unread answer in the kernel."""
         opened = self.transport.get_extra_info("socket")
         if opened is not None and opened.fileno() >= 0:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self.transport.abort()
 
     def finish(self, transport: asyncio.Transport) -> None:
-        """Close it when the answer is read, and the rest of its request has come; that has its time and number of bytes."""
+        """Close the connection after the answer is read and the rest of the request has come, within bounds."""
         if self.finishing:
             return
         self.finishing = True
@@ -303,20 +305,20 @@ class Patient(H11Protocol):
         if self.conn.their_state not in (h11.SEND_BODY, h11.ERROR):
             transport.close()
             return
-        # If it were closed with bytes that nobody read, its end would overtake the answer.
+        # Closing with unread bytes would send a reset, which overtakes the answer.
         transport.resume_reading()
         if transport.can_write_eof():
             transport.write_eof()
 
     async def _answered(self, scope: Any, receive: Any, send: Any) -> None:
-        """Answer a request; the answer is written piece by piece and has to be read in time."""
+        """Answer a request; the answer is written in pieces and must be read in time."""
         late: asyncio.TimerHandle | None = None
         cycle: Any = self.cycle
 
         async def in_pieces(message: Any) -> None:
             nonlocal late
             if message["type"] == "http.response.start" and cycle.more_body:
-                # What is still to come is not read.
+                # The rest of the request is not read.
                 message = {**message, "headers": [*message.get("headers", ()), (b"connection", b"close")]}
             if message["type"] != "http.response.body":
                 await send(message)
@@ -335,6 +337,6 @@ class Patient(H11Protocol):
                 late.cancel()
 
 
-def patient(connections: Connections) -> type[Patient]:
-    """Return the protocol of the connections of one door."""
-    return type("Protocol", (Patient,), {"held": connections})
+def idle_timeout_protocol(connections: Connections) -> type[IdleTimeoutProtocol]:
+    """Return the protocol class for the connections of one server."""
+    return type("Protocol", (IdleTimeoutProtocol,), {"held": connections})

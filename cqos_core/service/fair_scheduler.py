@@ -22,13 +22,13 @@ _REMEMBERED_SECONDS: Final = 60.0
 
 @dataclass(slots=True, eq=False)
 class _Share(Generic[T]):
-    """What one caller has of all.
+    """The usage of one caller.
 
     Attributes:
-        waiting: its calls that have no turn yet, each with the number of its arrival.
-        using: how many of the things it has at the moment.
-        spent: seconds for which it used any, from where others were when it came.
-        seen: when it last began or ended something.
+        waiting: its queued calls, each with the number of its arrival.
+        using: how many resources it uses at the moment.
+        spent: seconds of use, counted from the level of the others when it came.
+        seen: when it last began or ended a use.
     """
 
     spent: float
@@ -41,14 +41,14 @@ class _Share(Generic[T]):
         return not self.waiting and not self.using
 
 
-class Turns(Generic[T]):
-    """Things that are used by one call at a time."""
+class FairPool(Generic[T]):
+    """A pool of resources, each used by one call at a time."""
 
     def __init__(
-        self, things: Iterable[T], restore: Callable[[T], Awaitable[None]], most_waiting: int | None = None
+        self, resources: Iterable[T], restore: Callable[[T], Awaitable[None]], most_waiting: int | None = None
     ) -> None:
-        """Hand out ``things``, which ``restore`` makes ready after each use, to as many as may wait; None: any number."""
-        self._free = list(things)[::-1]
+        """Share ``resources``; ``restore`` makes one ready after each use. At most ``most_waiting`` calls may wait; None: any number."""
+        self._free = list(resources)[::-1]
         self._restore = restore
         # A caller that floods leaves one free for others, if there are several.
         self._most_using = max(len(self._free) - 1, 1)
@@ -61,31 +61,31 @@ class Turns(Generic[T]):
 
     @property
     def waiting(self) -> int:
-        """How many calls wait for a turn."""
+        """How many calls wait for a resource."""
         return self._waiting
 
     async def use(self, caller: str, work: Callable[[T], Coroutine[Any, Any, R]], seconds: float | None = None) -> R:
-        """Wait for a turn, and do ``work``, which is done to its end even if the caller goes away.
+        """Wait for a resource, and run ``work`` with it; the work is completed even if the caller is cancelled.
 
         Raises:
-            TimeoutError: there was no turn within ``seconds``.
+            TimeoutError: no resource was free within ``seconds``.
             Refused: too many wait, and most of them are this caller's.
         """
         share = self._share(caller)
-        thing = await self._turn(share, seconds)
-        doing = asyncio.ensure_future(work(thing))
-        back = asyncio.ensure_future(self._return(share, thing, doing))
+        resource = await self._turn(share, seconds)
+        doing = asyncio.ensure_future(work(resource))
+        back = asyncio.ensure_future(self._return(share, resource, doing))
         self._returning.add(back)
         back.add_done_callback(self._returning.discard)
         return await asyncio.shield(doing)
 
     def _share(self, caller: str) -> _Share[T]:
-        """What a caller has; what those had who have not been here for long is forgotten."""
+        """Return the share of a caller, and drop shares that are idle for 60 s."""
         now = asyncio.get_running_loop().time()
         for name in [n for n, each in self._shares.items() if each.idle and each.seen < now - _REMEMBERED_SECONDS]:
             del self._shares[name]
         share = self._shares.setdefault(caller, _Share(self._served, now))
-        if share.idle:  # an absent caller saves up no turns
+        if share.idle:  # an absent caller saves up no time
             share.spent = max(share.spent, self._served)
         share.seen = now
         return share
@@ -131,7 +131,7 @@ class Turns(Generic[T]):
 
     def _hand_out(self) -> None:
         while self._free:
-            # All of them only for a caller that is alone.
+            # Only a caller without others may use all.
             ready = [
                 each
                 for each in self._shares.values()
@@ -147,17 +147,17 @@ class Turns(Generic[T]):
             share.seen = asyncio.get_running_loop().time()
             turn.set_result(self._free.pop())
 
-    async def _return(self, share: _Share[T], thing: T, doing: asyncio.Task[Any]) -> None:
+    async def _return(self, share: _Share[T], resource: T, doing: asyncio.Task[Any]) -> None:
         began = asyncio.get_running_loop().time()
         await asyncio.wait({doing})
         if not doing.cancelled():
             doing.exception()  # the caller may be gone; an exception that is not read is logged
-        await self._restore(thing)
+        await self._restore(resource)
         share.spent += asyncio.get_running_loop().time() - began
-        self._give_back(share, thing)
+        self._give_back(share, resource)
 
-    def _give_back(self, share: _Share[T], thing: T) -> None:
+    def _give_back(self, share: _Share[T], resource: T) -> None:
         share.using -= 1
         share.seen = asyncio.get_running_loop().time()
-        self._free.append(thing)
+        self._free.append(resource)
         self._hand_out()

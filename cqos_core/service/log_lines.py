@@ -1,4 +1,4 @@
-"""The lines that the service logs: JSON or plain, without content of calls and without credentials."""
+"""Log lines of the service, as JSON or text, without content of calls and without credentials."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from typing import Any, Final
 
 log = logging.getLogger("cqos_core.service")
 ALWAYS: Final = 60
-"""The level of events that every level logs: the service begins and ends."""
+"""The level of events that are always logged: start and end of the service."""
 # Other loggers, whose lines get the same form.
 _OTHERS: Final = ("asyncio", "grpc", "opentelemetry", "uvicorn")
 _OUR_COLLECTOR: Final = ("opentelemetry.exporter", "opentelemetry.sdk")
-"""What they log is about the collector of spans, and not about callers."""
+"""Loggers about the collector of spans, whose lines have no data of callers."""
 
 
 class JsonLines(logging.Formatter):
     """One JSON object per line."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Write time, level, what happened, and what belongs to it."""
+        """Return time, level, event and fields as JSON."""
         fields: dict[str, Any] = {
             "time": _time(record),
             "level": _level(record),
@@ -36,10 +36,10 @@ class JsonLines(logging.Formatter):
 
 
 class PlainLines(logging.Formatter):
-    """The same for people."""
+    """One text line per event."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Write it in one line, and a traceback below it."""
+        """Return one line, and a traceback below it."""
         given = getattr(record, "fields", {})
         fields = " ".join(f"{name}={value}" for name, value in given.items() if name != "traceback")
         line = f"{_time(record)} {_level(record):7} {record.getMessage()} {fields}".rstrip()
@@ -48,10 +48,10 @@ class PlainLines(logging.Formatter):
 
 
 class _NoValues(logging.Filter):
-    """Leaves out of the lines of libraries what a caller may have sent.
+    """Removes data of callers from log lines of libraries.
 
-    They log what they cannot read: a token in a header that is not UTF-8, or the exception of a task with its arguments. So the
-    text stays, without arguments and further lines, and of an exception its type and the lines of code.
+    Libraries log input that they cannot read, such as a token in a header that is not UTF-8. So the text of a line stays without
+    arguments, and an exception keeps its type and its lines of code.
     """
 
     def filter(self, record: logging.LogRecord) -> bool:
@@ -76,8 +76,8 @@ def _time(record: logging.LogRecord) -> str:
 
 
 def start_logging(level: str, form: str) -> None:
-    """Write what the service tells to standard error."""
-    # gRPC has a form of its own there, and tells what is wrong with strangers.
+    """Log the service and its libraries on standard error."""
+    # gRPC itself would log mistakes of clients there, in another form.
     os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines() if form == "json" else PlainLines())
@@ -89,6 +89,6 @@ def start_logging(level: str, form: str) -> None:
         logger.propagate = False
 
 
-def tell(level: int, event: str, **fields: object) -> None:
-    """Log an event with what belongs to it."""
+def log_event(level: int, event: str, **fields: object) -> None:
+    """Log an event with its fields."""
     log.log(level, event, extra={"fields": fields})

@@ -1,18 +1,18 @@
-"""What is kept of a session of single calls, so that another process can go on with it."""
+"""A copy of a session of single calls, from which another process can continue it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from cqos.v1 import session_pb2
-from cqos_core.service import frames
+from cqos_core.service import worker_frames
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
 class ModelCopy:
-    """The documents of a session as they now stand; of a model, its first form and all changes since."""
+    """The present documents of a session; for a model, its first form and all changes."""
 
     def __init__(self, opening: bytes) -> None:
         """Keep the request that opened it."""
@@ -20,7 +20,7 @@ class ModelCopy:
         self._changes: list[bytes] = []
 
     def follow(self, edit: bytes, answer: bytes) -> None:
-        """Keep what an edit made of it."""
+        """Apply an edit to the copy, unless it was refused."""
         if session_pb2.EditSessionResponse.FromString(answer).HasField("refusal"):
             return
         request = session_pb2.EditSessionRequest.FromString(edit)
@@ -37,7 +37,7 @@ class ModelCopy:
         self._opening.documents.documents.extend(kept)
 
     def frames(self) -> Iterator[tuple[int, bytes]]:
-        """Yield the calls that open it again, each with its kind of `frames`."""
-        yield frames.OPEN_MODEL, self._opening.SerializeToString()
+        """Yield the calls that open the session again, each with its kind of `worker_frames`."""
+        yield worker_frames.OPEN_MODEL, self._opening.SerializeToString()
         for each in self._changes:
-            yield frames.EDIT_SESSION, each
+            yield worker_frames.EDIT_SESSION, each

@@ -1,4 +1,4 @@
-"""What `cqos modeler` keeps between its runs, in a folder that only its user can read: drafts, and a secret for its keys."""
+"""State of `cqos modeler` between its runs, in a folder that only its user can read: drafts, and the secret of its keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Any, Final
 
-from cqos_core.files.writing import write_whole
+from cqos_core.files.atomic_writes import write_whole
 from cqos_core.service.settings import new_key
 
 MOST_DRAFTS: Final = 50
@@ -41,15 +41,15 @@ def user_secret() -> str:
 
 
 def port_secret(secret: str, port: int) -> str:
-    """Return what a page at a port keeps, to make the key of the next run there.
+    """Return the secret that a page at a port keeps, to make the key of the next run there.
 
-    A page never sends it: another program may have the port by then.
+    The page never sends it, because another program may have the port by then.
     """
     return _sum(secret, f"port {port}")
 
 
 def run_key(resume: str, nonce: str) -> str:
-    """Return the key of a run, from `port_secret` and its nonce; the nonce alone says nothing."""
+    """Return the key of a run, from `port_secret` and its nonce; the nonce is no secret."""
     return _sum(resume, nonce)
 
 

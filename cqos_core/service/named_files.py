@@ -1,8 +1,7 @@
-"""The files that `cqos modeler` was started with: the page on this machine reads and saves these, and no others.
+"""Routes of the files that `cqos modeler` was started with. The page reads and saves these, and no others.
 
-A request needs the key of this run, which no other page and no other user of the machine knows. A save states which content
-it replaces, so that it never overwrites what another program wrote. Drafts of the page are kept here, too: the next run has
-another origin, where the browser keeps nothing of this one.
+A request needs the key of this run, which no other page and no other user of the machine knows. A save states the content that
+it replaces, so it never overwrites what another program wrote. Drafts are kept here, because the next run has another origin.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from cqos_core.files.writing import ChangedFileError, replace_whole, write_new
+from cqos_core.files.atomic_writes import ChangedFileError, replace_whole, write_new
 from cqos_core.service.modeler_state import Drafts, port_secret, run_key
 from cqos_core.service.settings import split_address
 
@@ -34,7 +33,7 @@ _NOT_STORED: Final = {"cache-control": "no-store", "x-content-type-options": "no
 
 
 def routes(settings: Settings) -> list[Route]:
-    """Return the routes of the named files; none where the page serves others than the user of this machine."""
+    """Return the routes of the named files; none if the page is served to other machines."""
     if not settings.named_secret:
         return []
     files = _Files(settings)
@@ -63,7 +62,7 @@ class _Files:
     def guarded(
         self, answer: Callable[[Request], Coroutine[Any, Any, Response]]
     ) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        """Answer requests with the key only, at the address of this machine only."""
+        """Return a handler that requires the key, and the address of this machine."""
 
         async def guarded(request: Request) -> Response:
             if not self._is_here(request) or not _equal(request.headers.get(KEY_HEADER, ""), self._key(request)):
@@ -75,41 +74,41 @@ class _Files:
         return guarded
 
     def _resume(self, request: Request) -> str:
-        """What the page keeps for the next run at this port; the port is that of the socket, whatever the request says."""
+        """Return the secret for the next run at the port of the socket, which the request cannot choose."""
         return port_secret(self._secret, request.scope["server"][1])
 
     def _key(self, request: Request) -> str:
         return run_key(self._resume(request), self._nonce)
 
     def _is_here(self, request: Request) -> bool:
-        """Whether the page came from this machine, and not from a name that a stranger leads here."""
+        """Whether the request names this machine, and not a foreign name that resolves to it."""
         return request.url.hostname in self._hosts
 
     async def exchanged(self, request: Request) -> Response:
-        """Give the key for the ticket in the address that the browser was started with: once, because others see that."""
+        """Exchange the ticket in the address of the browser for the key, once: other users can see the address."""
         given = request.headers.get(KEY_HEADER, "")
-        # A wrong ticket leaves the right one valid: else any other page could use it up.
+        # A wrong ticket leaves the right one valid: else any page could use it up.
         if self._ticket is None or not self._is_here(request) or not _equal(given, self._ticket):
             return _refused(403, "this address was opened before; open the one that `cqos modeler` printed")
         self._ticket = None
         return JSONResponse({"key": self._key(request)}, headers=_NOT_STORED)
 
     async def run(self, _request: Request) -> Response:
-        """Return the nonce of this run, with which a page of an earlier run at this port makes the key of this one."""
+        """Return the nonce of this run, from which a page of an earlier run at this port makes the key."""
         return JSONResponse({"nonce": self._nonce}, headers=_NOT_STORED)
 
     async def listed(self, request: Request) -> Response:
-        """List them by number, with the name for people and the path."""
+        """Return the files by number, with name and path."""
         rows = [{"name": each.name, "path": str(each)} for each in self._paths]
         return JSONResponse({"files": rows, "resume": self._resume(request)}, headers=_NOT_STORED)
 
     async def drafts(self, _request: Request) -> Response:
-        """List what earlier runs with these files left unsaved."""
+        """Return the drafts of earlier runs with these files."""
         return JSONResponse({"drafts": await asyncio.to_thread(self._drafts.earlier)}, headers=_NOT_STORED)
 
     async def kept(self, request: Request) -> Response:
         """Keep a draft, so that the next run has it."""
-        # The text of a diagram and the bytes of its file, each in a form that is longer.
+        # A draft has the text of a diagram and the bytes of its file, each encoded.
         content = await self._body(request, 4 * self._most)
         if content is None:
             return _refused(413, f"the draft has more than {4 * self._most} bytes")
@@ -132,7 +131,7 @@ class _Files:
         return Response(status_code=204, headers=_NOT_STORED)
 
     async def read(self, request: Request) -> Response:
-        """Return the bytes of a file, with a tag that changes with them; no content for a file that does not exist."""
+        """Return the bytes of a file with their tag; no content if the file does not exist."""
         path = self._path(request)
         if path is None:
             return _unknown()
@@ -147,7 +146,7 @@ class _Files:
         return Response(content, media_type="application/octet-stream", headers=headers)
 
     async def saved(self, request: Request) -> Response:
-        """Replace the content that `if-match` states; `if-none-match: *` makes a file that is not there."""
+        """Replace the content with the tag of `if-match`; `if-none-match: *` creates a file."""
         path = self._path(request)
         if path is None:
             return _unknown()
@@ -159,7 +158,7 @@ class _Files:
 
     @staticmethod
     async def _body(request: Request, most: int) -> bytes | None:
-        """Return what comes with a request, or None for more bytes than may come."""
+        """Return the body of a request; None if it is too long."""
         content = bytearray()
         async for part in request.stream():
             content += part

@@ -1,4 +1,4 @@
-"""What the calls answer that plan changes: the weakest settings that meet requirements, and the smallest repair."""
+"""Handlers of the calls that plan changes: the weakest settings that meet requirements, and the smallest repair."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
 
 
-def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.SuggestResponse:
+def suggest_settings(request: check_pb2.SuggestRequest, most: int) -> check_pb2.SuggestResponse:
     """Find the weakest settings that meet the requirements of documents.
 
     Raises:
         Refused: they cannot be read, or no plan can be made.
     """
-    plan = _planned(request.documents, most, "suggest")
+    plan = _make_plan(request.documents, most, "suggest")
     return check_pb2.SuggestResponse(revision=request.revision, plan=plan)
 
 
-def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairResponse:
+def repair_documents(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairResponse:
     """Find the smallest repair of documents.
 
     Raises:
         Refused: they cannot be read, or no plan can be made.
     """
-    plan = _planned(request.documents, most, "repair", keep=tuple(request.keep), decide=request.decide)
+    plan = _make_plan(request.documents, most, "repair", keep=tuple(request.keep), decide=request.decide)
     return check_pb2.RepairResponse(revision=request.revision, plan=plan)
 
 
-def _planned(documents: check_pb2.Documents, most: int, name: str, **wishes: Any) -> plan_pb2.Plan:
+def _make_plan(documents: check_pb2.Documents, most: int, name: str, **wishes: Any) -> plan_pb2.Plan:
     """Read documents and make a plan for them, with the function that has a name.
 
     Raises:
@@ -75,7 +75,7 @@ def _planned(documents: check_pb2.Documents, most: int, name: str, **wishes: Any
 
 
 def _refuse_unnamed(documents: check_pb2.Documents) -> None:
-    """Refuse documents without a name of their own: a plan has edits of documents by their names."""
+    """Refuse documents without a unique name, because edits of a plan refer to documents by name."""
     names = [each.name for each in documents.documents]
     wrong = [
         FieldProblem(

@@ -1,4 +1,4 @@
-"""How the service is run: addresses, credentials, limits. Checked as a whole, before anything is opened."""
+"""Settings of the service: addresses, credentials, limits. They are checked before anything is opened."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any, Final
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.tls import try_tls
-from cqos_core.service.log_lines import ALWAYS, tell
+from cqos_core.service.log_lines import ALWAYS, log_event
 
 MIB: Final = 1024 * 1024
 PAGE: Final = Path(__file__).parent / "page"
@@ -29,7 +29,7 @@ _LOOK_SECONDS: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one call may ask for, and all together.
+    """Limits of one call, and of all calls together.
 
     Attributes:
         message_bytes: of one request message.
@@ -64,29 +64,29 @@ class Limits:
 
     @property
     def bytes_together(self) -> int:
-        """How many bytes requests under way may have together."""
+        """The most bytes of all requests under way."""
         return _MESSAGES * self.message_bytes if self.total_bytes is None else self.total_bytes
 
     @property
     def bytes_kept(self) -> int:
-        """How many bytes open sessions may hold together: of models, of documents, and of messages of streams."""
+        """The most bytes of all open sessions: models, documents, and messages of streams."""
         return self.bytes_together // 4
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How the service is run.
+    """Settings of the service.
 
     Attributes:
         listen: address of gRPC, ``host:port``; port 0 takes a free one.
-        web: address of the door for browsers, or None.
+        web: address of the server for browsers, or None.
         modeler: serve the page of the modeler there.
         named: paths of the files that this page reads and saves, on this machine only.
         named_secret, named_nonce: the key that its requests for them need is made of these; no secret: no files.
         named_ticket: that gives the key once.
-        origins: of pages from elsewhere that may call the door for browsers.
+        origins: of foreign pages that may call the server for browsers.
         metrics: address of Prometheus metrics, or None.
-        tokens: SHA-256 sums of the bearer tokens that are let in; none: no token is asked for.
+        tokens: SHA-256 hashes of accepted bearer tokens; none: no token is required.
         quotas: of some of them, the sum, the name for the log, and the share in place of that of the limits.
         certificate, key: paths of the server's certificate chain and private key, PEM.
         client_authority: path of the certificates that callers' certificates must be signed by.
@@ -127,12 +127,12 @@ class Settings:
         return self.certificate is not None
 
     def to_json(self) -> str:
-        """Return all of it as text, for another process."""
+        """Return the settings as text, for another process."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> Settings:
-        """Return what `to_json` wrote."""
+        """Return the settings that `to_json` wrote."""
         content: dict[str, Any] = json.loads(text)
         content["limits"] = Limits(**content["limits"])
         content["quotas"] = [tuple(each) for each in content["quotas"]]
@@ -140,7 +140,7 @@ class Settings:
         return cls(**given)
 
     def check(self) -> None:
-        """Refuse what would be unsafe or could not work.
+        """Refuse settings that are unsafe or cannot work.
 
         Raises:
             CqosError: with what to change.
@@ -172,7 +172,9 @@ class Settings:
 
     def _check_page(self) -> None:
         if self.modeler and self.web is None:
-            raise CqosError("--modeler serves the page at the browsers' door", "write --web HOST:PORT too")
+            raise CqosError(
+                "--modeler serves the page to browsers, and no address for them is given", "write --web HOST:PORT too"
+            )
         if self.modeler and not (PAGE / "index.html").is_file():
             raise CqosError(
                 "the page of the modeler is not in this installation, so `cqos modeler` cannot run; all other commands work",
@@ -181,7 +183,9 @@ class Settings:
 
     def _check_origins(self) -> None:
         if self.origins and self.web is None:
-            raise CqosError("--origin is for the door for browsers, which is not open", "write --web HOST:PORT too")
+            raise CqosError(
+                "--origin is for the server for browsers, which has no address", "write --web HOST:PORT too"
+            )
         for each in self.origins:
             if not _ORIGIN.fullmatch(each):
                 raise CqosError(
@@ -191,17 +195,17 @@ class Settings:
                 )
 
 
-class Files:
-    """The certificates and keys of the service, which others may replace while it runs."""
+class CertificateFiles:
+    """Watches the files of certificates and keys, which may be replaced while the service runs."""
 
     def __init__(self, settings: Settings) -> None:
-        """Remember what they are now."""
+        """Record their present state."""
         self._settings = settings
         self._seen = self._state()
         self._looked = time.monotonic()
 
     def changed(self) -> bool:
-        """Whether they are others than at the last time, and can be used; broken ones are logged and passed over."""
+        """Whether they changed since the last call, and can be used; broken ones are logged and ignored."""
         now, settings = time.monotonic(), self._settings
         if now - self._looked < _LOOK_SECONDS:
             return False
@@ -211,9 +215,9 @@ class Files:
         try:
             try_tls(settings.certificate, settings.key, settings.client_authority, names=_TLS_NAMES)
         except CqosError as error:
-            tell(logging.WARNING, "certificates not reloaded", why=str(error))
+            log_event(logging.WARNING, "certificates not reloaded", why=str(error))
             return False
-        tell(ALWAYS, "certificates reloaded")
+        log_event(ALWAYS, "certificates reloaded")
         return True
 
     def _state(self) -> list[tuple[int, int]]:
@@ -222,7 +226,7 @@ class Files:
 
 
 def _stamp(path: str) -> tuple[int, int]:
-    """What changes when a file is replaced."""
+    """Return time and number of a file, which change when it is replaced."""
     try:
         found = Path(path).stat()
     except OSError:
@@ -234,7 +238,7 @@ def split_address(name: str, address: str) -> tuple[str, int]:
     """Return host and port of ``host:port``; an IPv6 address stands in brackets.
 
     Raises:
-        CqosError: it is none.
+        CqosError: it is no address.
     """
     host, colon, port = address.rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
@@ -244,7 +248,7 @@ def split_address(name: str, address: str) -> tuple[str, int]:
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine reaches it."""
+    """Whether only this machine reaches the host."""
     if host == "localhost":
         return True
     try:
@@ -253,13 +257,13 @@ def is_loopback(host: str) -> bool:
         return False
 
 
-def joined(host: str, port: int) -> str:
+def address_text(host: str, port: int) -> str:
     """Return ``host:port``."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
 def token_sum(token: str) -> str:
-    """Return what is kept of a token."""
+    """Return the SHA-256 hash of a token."""
     return hashlib.sha256(token.encode()).hexdigest()
 
 
@@ -273,10 +277,10 @@ _NAME: Final = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
 def read_tokens(path: str, share: float) -> tuple[tuple[str, str, float], ...]:
-    """Return the sums of the tokens in a file, with the name and the share of each.
+    """Return the hashes of the tokens in a file, with the name and share of each.
 
-    A token stands in a line, perhaps with ``name=NAME`` and ``share=PART`` behind it, separated by blanks; empty lines and
-    those with ``#`` in front do not count.
+    Each line has a token, optionally with ``name=NAME`` and ``share=PART`` behind it, separated by blanks. Empty lines and
+    lines that begin with ``#`` are ignored.
 
     Raises:
         CqosError: it cannot be read, or holds no token, or one that could be guessed.
@@ -302,14 +306,14 @@ def _quota(path: str, number: int, more: list[str], share: float) -> tuple[str, 
         elif key == "share" and re.fullmatch(r"0?\.\d{1,9}|1|1\.0*", value) and float(value) > 0:
             share = float(value)
         else:
-            # What stands there may be part of a token.
+            # The text may be part of a token, so it is not repeated.
             expected = "write `name=` with letters, digits and _ . - behind it, or `share=` with a part from 0 to 1"
             raise CqosError(f"{path}:{number}: behind the token stands something else", expected)
     return name, share
 
 
 def refuse_short(tokens: list[str]) -> None:
-    """Refuse tokens that could be guessed, or that no header can carry.
+    """Refuse tokens that are easy to guess, or that no header can carry.
 
     Raises:
         CqosError: without repeating any token.

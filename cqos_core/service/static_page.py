@@ -1,4 +1,4 @@
-"""The page of the modeler: its files as they were built, from memory, each plain and compressed."""
+"""Serves the built page of the modeler from memory, each file plain and compressed."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ HEADERS: Final = {
     "x-content-type-options": "nosniff",
 }
 _KINDS: Final = {".js": "text/javascript", ".woff": "font/woff", ".woff2": "font/woff2", ".ttf": "font/ttf"}
-"""Those that the tables of some systems lack, or have wrong."""
+"""Media types that the tables of some systems lack, or have wrong."""
 _WORTH_IT: Final = 0.9
-"""Of its size: a file that stays larger when it is compressed is sent as it is."""
+"""A file is sent compressed if that is smaller than this part of its size."""
 _FOR_EVER: Final = "public, max-age=31536000, immutable"
 
 
@@ -43,7 +43,7 @@ class _File(NamedTuple):
 
 
 def routes() -> list[Route]:
-    """Return one route for each file of the page, and ``/`` for its entrance."""
+    """Return one route for each file of the page, and ``/`` for its index."""
     files = {path.relative_to(PAGE).as_posix(): path for path in sorted(PAGE.rglob("*")) if path.is_file()}
     made = [_route(f"/{name}", _read(path, name)) for name, path in files.items() if name != "index.html"]
     return [*made, _route("/", _read(files["index.html"], "index.html"))]
@@ -58,7 +58,7 @@ def _read(path: Path, name: str) -> _File:
         plain=plain,
         compressed=compressed if len(compressed) < _WORTH_IT * len(plain) else None,
         tag=f'"{hashlib.sha256(plain).hexdigest()[:32]}"',
-        # The build puts a sum of the content into the names of assets; the others are looked for again.
+        # Names of assets have a hash of the content, so only the other files are requested again.
         caching=_FOR_EVER if name.startswith("assets/") else "no-cache",
     )
 

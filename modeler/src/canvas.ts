@@ -7,10 +7,10 @@ import 'bpmn-js/dist/assets/bpmn-font/css/bpmn.css';
 import Modeler from 'bpmn-js/lib/Modeler';
 import type Canvas from 'diagram-js/lib/core/Canvas';
 
-import { faithfulUpdater } from './faithful_updater';
+import { preservingUpdater } from './preserving_updater';
 import { isDefinitions, type Definitions, type Moddle } from './moddle';
 import { easeNaming } from './naming';
-import { readQualifiedNames } from './qualified';
+import { readQualifiedNames } from './qualified_names';
 
 /** Descriptors of what C-QoS writes into a diagram, by prefix. */
 export type ModdleExtensions = Readonly<Record<string, object>>;
@@ -27,7 +27,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
   const modeler = new Modeler({
     container,
     moddleExtensions,
-    additionalModules: [faithfulUpdater],
+    additionalModules: [preservingUpdater],
     bpmnRenderer: {
       defaultFillColor: 'var(--shape-fill)',
       defaultStrokeColor: 'var(--shape-stroke)',
@@ -40,7 +40,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
   return modeler;
 }
 
-/** A change of the height that a notice does not make. */
+/** Pixels. A notice changes the height by less. */
 const MUCH = 100;
 
 /** Show all of the diagram in a window of another size, too, unless a person has moved the view since it was fitted. */
@@ -90,7 +90,7 @@ export function fit(modeler: Modeler): void {
   FITTED.set(modeler, viewOf(canvas));
 }
 
-/** The same, and again where a notice about the diagram takes room from it. */
+/** Show all of the diagram, and do so again when a notice takes room from it. */
 export function fitWithNotices(modeler: Modeler): void {
   const canvas = modeler.get<Canvas>('canvas');
   const container = canvas.getContainer();

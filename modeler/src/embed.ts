@@ -10,7 +10,7 @@ import { decode } from './files/encoding';
 import { listeners } from './listeners';
 import type { Page } from './page';
 import { startQos } from './qos';
-import { readQualifiedNames } from './qualified';
+import { readQualifiedNames } from './qualified_names';
 import type { Catalogue } from './service/catalogue';
 import type { Services } from './service/transport';
 import type { Companion, Notice, StatusKind, Tab, Workspace } from './workspace';
@@ -31,8 +31,8 @@ export interface Places {
   readonly beside: HTMLElement;
 }
 
-/** What a page says of itself. Every function may be left out. */
-export interface Voice {
+/** Functions by which a page names its diagram and shows what happens. Each may be left out. */
+export interface PageCallbacks {
   /** The name of the diagram in findings, usually that of its file. */
   name?(): string;
   /** Show one line about the whole: the verdict, or that the service does not answer. */
@@ -62,7 +62,7 @@ export interface Embedded {
  *
  * The modeler is made with `moddleExtensions(catalogue)`. Import the first diagram after this call.
  */
-export function embed(modeler: Modeler, places: Places, services: Services, catalogue: Catalogue, voice: Voice = {}): Embedded {
+export function embed(modeler: Modeler, places: Places, services: Services, catalogue: Catalogue, callbacks: PageCallbacks = {}): Embedded {
   readQualifiedNames(modeler.get('moddle'));
   const companions = new Map<string, Companion>();
   const changed = listeners<[cause: 'import' | 'edit']>();
@@ -70,7 +70,7 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
   let revision = 0;
   let isSwapping = false;
   let swapped: string | undefined;
-  const name = (): string => swapped ?? voice.name?.() ?? 'diagram.bpmn';
+  const name = (): string => swapped ?? callbacks.name?.() ?? 'diagram.bpmn';
   const note = (cause: 'import' | 'edit'): void => {
     revision += 1;
     changed.call(cause);
@@ -79,11 +79,11 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
     modeler,
     regions: {
       ...places,
-      status: (text, kind) => voice.status?.(text, kind),
-      announce: (text, kind) => voice.status?.(text, kind),
-      notice: (id, notice) => voice.notice?.(id, notice),
-      badge: (tab, count) => voice.badge?.(tab, count),
-      show: (tab) => voice.show?.(tab),
+      status: (text, kind) => callbacks.status?.(text, kind),
+      announce: (text, kind) => callbacks.status?.(text, kind),
+      notice: (id, notice) => callbacks.notice?.(id, notice),
+      badge: (tab, count) => callbacks.badge?.(tab, count),
+      show: (tab) => callbacks.show?.(tab),
     },
     document: () => ({
       name: name(),
@@ -114,7 +114,7 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
       } catch (error) {
         await modeler.importXML(text);
         const why = error instanceof Error ? error.message : String(error);
-        voice.notice?.('failed', { kind: 'error', closable: true, text: `${id} cannot be opened: ${why}` });
+        callbacks.notice?.('failed', { kind: 'error', closable: true, text: `${id} cannot be opened: ${why}` });
         return;
       } finally {
         isSwapping = false;
@@ -123,7 +123,7 @@ export function embed(modeler: Modeler, places: Places, services: Services, cata
       companions.set(name(), { name: name(), bytes: new TextEncoder().encode(text) });
       swapped = id;
       besideChanged.call();
-      voice.swapped?.(id);
+      callbacks.swapped?.(id);
     },
     onExport: () => () => undefined,
   };

@@ -6,7 +6,7 @@ import './style/qos.css';
 
 import { ConnectError } from '@connectrpc/connect';
 
-import { thisRun, type Run } from './files/named';
+import { thisRun, type Run } from './files/run_files';
 import { askText } from './layout/dialog';
 import { button, make } from './layout/dom';
 import { startQos } from './qos';

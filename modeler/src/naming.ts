@@ -14,7 +14,7 @@ interface Created {
 
 const LAST = 400; // after bpmn-js, which asks for the names of tasks, events and pools
 
-/** Ease the naming of elements. */
+/** Select the whole name when it is edited, and ask for the name of a new gateway. */
 export function easeNaming(modeler: Modeler): void {
   const container = modeler.get<Canvas>('canvas').getContainer();
   const ask = (shape: Shape): void => {

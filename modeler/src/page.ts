@@ -4,7 +4,7 @@ import type { Diagram } from './drawing/diagram';
 import type { View } from './findings/view';
 import type { Plan } from './gen/cqos/v1/plan_pb';
 import type { Catalogue } from './service/catalogue';
-import type { Live } from './service/live';
+import type { Live } from './service/live_check';
 import type { Workspace } from './workspace';
 
 export interface Page {

@@ -1,19 +1,19 @@
 /** Puts the QoS of a diagram onto the page: live check, panel, markers, problems, matrix, documents beside it. */
 
-import { createBeside } from './beside/beside';
+import { createCompanions } from './companions/companions';
 import { diagramOf } from './drawing/diagram';
-import { watchFresh } from './drawing/fresh';
-import { dress } from './findings/export';
+import { watchNewElements } from './drawing/new_elements';
+import { dress } from './findings/exported_verdicts';
 import { createMarkers } from './findings/markers';
 import { createMatrix } from './findings/matrix';
 import { createProblems } from './findings/problems';
 import { viewOf, type View } from './findings/view';
-import { counted } from './findings/words';
+import { counted } from './findings/finding_text';
 import { Severity, Verdict, type Report } from './gen/cqos/v1/report_pb';
 import type { Page } from './page';
 import { createPanel } from './panel/panel';
 import type { Catalogue } from './service/catalogue';
-import { sent, startLive, TIMEOUT, type LiveState, type Text } from './service/live';
+import { sent, startLive, TIMEOUT, type LiveState, type Text } from './service/live_check';
 import type { Services } from './service/transport';
 import type { StatusKind, Workspace } from './workspace';
 
@@ -43,7 +43,7 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
   const markers = createMarkers(page);
   const problems = createProblems(page);
   const matrix = createMatrix(page);
-  const beside = createBeside(page);
+  const beside = createCompanions(page);
 
   function show({ phase, checked }: LiveState): void {
     if (phase === 'current' && checked) {
@@ -57,7 +57,7 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
     }
   }
   // What was too early to report is not so once a person turns to something else.
-  const fresh = watchFresh(diagram, () => show(live.state));
+  const fresh = watchNewElements(diagram, () => show(live.state));
 
   const enterToken = (): void => {
     services.gate.open();

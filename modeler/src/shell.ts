@@ -6,10 +6,10 @@ import type Modeler from 'bpmn-js/lib/Modeler';
 
 import { createCanvas, fit, fitWithNotices, type ModdleExtensions, semanticXml, svgText } from './canvas';
 import { bindCanvasKeys, chooseKind } from './canvas_keys';
-import { Desk } from './files/desk';
+import { FileActions } from './files/file_actions';
 import { type Binding, createDiagram, type Diagram } from './files/diagram';
 import { download } from './files/picker';
-import type { Run } from './files/named';
+import type { Run } from './files/run_files';
 import { bindKeys, type Command } from './layout/commands';
 import { createFrame, type Frame } from './layout/frame';
 import { createHeader } from './layout/header';
@@ -48,14 +48,14 @@ export function createShell(root: HTMLElement, given: Given): Shell {
       fitWithNotices(modeler);
     }
     changed.call(cause);
-    desk.edited();
+    fileActions.edited();
   });
   const addCompanion = (companion: Companion): void => {
     companions.set(companion.name, companion);
     besideChanged.call();
   };
-  const desk = new Desk({ diagram, regions: frame.regions, named: given.run?.files ?? [], drafts: given.run?.drafts ?? null, addCompanion, shown: () => shown() });
-  const shown = dress(frame, modeler, diagram, desk, exported.call);
+  const fileActions = new FileActions({ diagram, regions: frame.regions, named: given.run?.files ?? [], drafts: given.run?.drafts ?? null, addCompanion, shown: () => shown() });
+  const shown = dress(frame, modeler, diagram, fileActions, exported.call);
   const removeCompanion = (name: string): void => {
     companions.delete(name);
     besideChanged.call();
@@ -71,7 +71,7 @@ export function createShell(root: HTMLElement, given: Given): Shell {
     onCompanions: besideChanged.add,
     async swap(name) {
       const companion = companions.get(name);
-      const left = companion === undefined ? null : await desk.openCompanion(companion);
+      const left = companion === undefined ? null : await fileActions.openCompanion(companion);
       if (left !== null) {
         removeCompanion(name);
         left.forEach(addCompanion);
@@ -79,7 +79,7 @@ export function createShell(root: HTMLElement, given: Given): Shell {
     },
     onExport: exported.add,
   };
-  return { workspace, start: () => desk.start() };
+  return { workspace, start: () => fileActions.start() };
 }
 
 function drawn(modeler: Modeler, diagram: Diagram): DrawnDocument {
@@ -92,11 +92,11 @@ function drawn(modeler: Modeler, diagram: Diagram): DrawnDocument {
 }
 
 /** Header, keys and theme; the result shows the state of the diagram in the header. */
-function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void): () => void {
+function dress(frame: Frame, modeler: Modeler, diagram: Diagram, fileActions: FileActions, dressExport: (svg: SVGSVGElement) => void): () => void {
   setTheme(theme());
   bindCanvasKeys(modeler);
   const commands: Command[] = [
-    ...fileCommands(modeler, diagram, desk, dressExport, (name) => frame.regions.announce(`Exported ${name}`, 'ok')),
+    ...fileCommands(modeler, diagram, fileActions, dressExport, (name) => frame.regions.announce(`Exported ${name}`, 'ok')),
     ...viewCommands(modeler),
     { id: 'add', label: 'Add an element', keys: 'Mod+Enter', run: () => chooseKind(modeler) },
     { id: 'panel', label: 'Show or hide the properties', run: () => frame.toggle('panel') },
@@ -105,13 +105,13 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
     { id: 'help', label: 'Keyboard help', keys: '?', run: () => showHelp(commands) },
   ];
   bindKeys(commands);
-  const showState = createHeader(frame.header, commands, () => recentEntries(desk));
+  const showState = createHeader(frame.header, commands, () => recentEntries(fileActions));
   const shown = (): void => {
     const stack = modeler.get<CommandStack>('commandStack');
     showState({
       name: diagram.source.name,
       isEdited: diagram.isEdited,
-      isKept: desk.isKept,
+      isKept: fileActions.isKept,
       zoom: modeler.get<Canvas>('canvas').zoom(),
       canUndo: stack.canUndo(),
       canRedo: stack.canRedo(),
@@ -121,17 +121,17 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
   return shown;
 }
 
-function fileCommands(modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void, exported: (name: string) => void): Command[] {
+function fileCommands(modeler: Modeler, diagram: Diagram, fileActions: FileActions, dressExport: (svg: SVGSVGElement) => void, exported: (name: string) => void): Command[] {
   const exportSvg = (): void => {
     const name = diagram.source.name.replace(/(\.bpmn)?(\.[^.]*)?$/, '.svg');
     download(name, svgText(modeler, dressExport), 'image/svg+xml');
     exported(name);
   };
   return [
-    { id: 'new', label: 'New diagram', run: () => void desk.newDiagram() },
-    { id: 'open', label: 'Open a file', keys: 'Mod+O', run: () => void desk.open() },
-    { id: 'save', label: 'Save', keys: 'Mod+S', run: () => void desk.save() },
-    { id: 'save-as', label: 'Save as…', keys: 'Mod+Shift+S', run: () => void desk.saveAs() },
+    { id: 'new', label: 'New diagram', run: () => void fileActions.newDiagram() },
+    { id: 'open', label: 'Open a file', keys: 'Mod+O', run: () => void fileActions.open() },
+    { id: 'save', label: 'Save', keys: 'Mod+S', run: () => void fileActions.save() },
+    { id: 'save-as', label: 'Save as…', keys: 'Mod+Shift+S', run: () => void fileActions.saveAs() },
     { id: 'export-svg', label: 'Export as SVG', run: exportSvg },
   ];
 }
@@ -159,10 +159,10 @@ function turnTheme(): string {
 }
 
 /** What the menu beside "Open" offers. */
-async function recentEntries(desk: Desk): Promise<Entry[]> {
-  const recent = await desk.recent();
-  const named = desk.named.map((place) => ({ label: place.name, run: () => void desk.openNamed(place) }));
-  const others = recent.map((each) => ({ label: each.name, run: () => void desk.openRecent(each) }));
+async function recentEntries(fileActions: FileActions): Promise<Entry[]> {
+  const recent = await fileActions.recent();
+  const named = fileActions.named.map((place) => ({ label: place.name, run: () => void fileActions.openNamed(place) }));
+  const others = recent.map((each) => ({ label: each.name, run: () => void fileActions.openRecent(each) }));
   return [
     ...(named.length > 0 ? [{ label: 'Files of this run' }, ...named] : []),
     { label: others.length > 0 ? 'Recent files' : 'No recent files' },

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 import pytest
 
 import cqos_core as cqos
-from cqos_core.behaviour.analysis import analysed
+from cqos_core.behaviour.analysis import behaviour_of
 from cqos_core.behaviour.graph import Wiring
 from cqos_core.bpmn import read
 from cqos_core.model.flow import (
@@ -26,8 +26,8 @@ from cqos_core.model.flow import (
 )
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import ReadContext, Source
-from tests.behaviour.drawing import model
-from tests.command import run_here
+from tests.behaviour.model_text import model
+from tests.command_process import run_here
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -122,10 +122,10 @@ def calls(flow: ControlFlow, signals: Wiring) -> int:
     before = sys.getprofile()
     sys.setprofile(count)
     try:
-        behaviour = analysed([flow], signals)
-        assert behaviour.reached.fired
-        assert behaviour.reached_alone.fired <= behaviour.reached.fired
-        assert len(behaviour.counting.bounds) >= len(flow.nodes)
+        behaviour = behaviour_of([flow], signals)
+        assert behaviour.reachable.fired
+        assert behaviour.reachable_alone.fired <= behaviour.reachable.fired
+        assert len(behaviour.rates.bounds) >= len(flow.nodes)
         assert behaviour.order.since(1, 1) == 0
     finally:
         sys.setprofile(before)
@@ -141,8 +141,8 @@ def test_the_cost_is_linear_in_the_size_of_the_model():
 def test_what_never_happens_is_counted_as_never():
     for seed in range(30):
         flow, signals = random_flow(200, seed)
-        behaviour = analysed([flow], signals)
-        for at, bound in enumerate(behaviour.counting.bounds[: len(flow.nodes)]):
+        behaviour = behaviour_of([flow], signals)
+        for at, bound in enumerate(behaviour.rates.bounds[: len(flow.nodes)]):
             if bound is not None and bound.once == 0 and bound.rate == 0:
                 continue
             if bound is not None:
@@ -313,9 +313,9 @@ def any_flow(seed: int) -> tuple[ControlFlow, Wiring]:
 def test_any_graph_is_analysed():
     for seed in range(400):
         flow, wiring = any_flow(seed)
-        behaviour = analysed([flow], wiring)
-        assert behaviour.reached_alone.fired <= behaviour.reached.fired, seed
-        assert len(behaviour.counting.bounds) >= len(flow.nodes), seed
+        behaviour = behaviour_of([flow], wiring)
+        assert behaviour.reachable_alone.fired <= behaviour.reachable.fired, seed
+        assert len(behaviour.rates.bounds) >= len(flow.nodes), seed
         assert behaviour.order.since(0, 0) == 0, seed
 
 

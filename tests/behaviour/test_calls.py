@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 import cqos_core as cqos
-from cqos_core.files.loading import load_paths
-from cqos_core.files.units import units
-from tests.behaviour.drawing import model
+from cqos_core.files.check_units import check_units
+from cqos_core.files.path_loader import load_paths
+from tests.behaviour.model_text import model
 from tests.behaviour.test_cases import cases, reported
 from tests.oracle.wild_models import wild_model
 
@@ -178,7 +178,7 @@ def test_in_a_folder_a_caller_and_what_it_calls_are_one_system(tmp_path):
         (tmp_path / f"{name}.bpmn").write_bytes(model(pools))
 
     def together() -> list[str]:
-        found, _ = units(load_paths([str(tmp_path)]), "")
+        found, _ = check_units(load_paths([str(tmp_path)]), "")
         return ["".join(Path(file).stem for file in each.files) for each in found]
 
     assert together() == ["ab", "c"]

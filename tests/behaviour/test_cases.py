@@ -11,7 +11,7 @@ import yaml
 import cqos_core as cqos
 from cqos_core.bpmn import read
 from cqos_core.model.source import ReadContext, Source
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 
 CASES = Path(__file__).with_name("cases")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import cqos_core as cqos
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 from tests.behaviour.test_cases import cases
 
 FIXED = ("BP101", "BP102", "BP103", "BP105", "BP106", "BP109")

@@ -29,8 +29,8 @@ import grpc
 from grpc_health.v1 import health_pb2
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2, system_pb2
-from tests.service.raw import grpc_status
-from tests.service.running import serving
+from tests.service.raw_sockets import grpc_status
+from tests.service.service_process import serving
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -26,8 +26,8 @@ import grpc
 from cqos.v1 import check_pb2, report_pb2, system_pb2
 from cqos_core.remote.asked import decode
 from cqos_core.remote.documents import read_system
-from cqos_core.service.answers import answer
-from tests.service.running import serving
+from cqos_core.service.call_handlers import answer
+from tests.service.service_process import serving
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

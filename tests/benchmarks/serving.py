@@ -17,7 +17,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from cqos.v1 import check_pb2, report_pb2, system_pb2
 from tests.benchmarks import inputs
 from tests.benchmarks.library import Row
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from cqos_core.cli import main
-from tests import command
-from tests.command import Done
+from tests import command_process
+from tests.command_process import Done
 
 COMMAND = Path(sys.executable).with_name("cqos")
 CASES = Path(__file__).with_name("cases")
@@ -56,7 +56,7 @@ def forked(files):
     """Run the command in a process of its own, without its start."""
 
     def run(*arguments, stdin="", **environ):
-        return command.run(arguments, files, environment(**environ), stdin.encode())
+        return command_process.run(arguments, files, environment(**environ), stdin.encode())
 
     return run
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core import CqosError
-from cqos_core.cli.streams import write_file
+from cqos_core.cli.file_output import write_file
 
 
 def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path):
@@ -63,7 +63,7 @@ def test_an_output_that_cannot_be_written_is_an_error_and_the_rest_is_written(cq
     def fail(path, _):
         raise CqosError(f"cannot write {path}: Read-only file system")
 
-    monkeypatch.setattr("cqos_core.cli.sinks.write_file", fail)
+    monkeypatch.setattr("cqos_core.cli.outputs.write_file", fail)
     done = cqos("check", "fits.yaml", "--format", "json", "--output", "a.json", "--format", "concise")
     assert done.code == 2
     assert "error: cannot write a.json: Read-only file system\n" in done.err

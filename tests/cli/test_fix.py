@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from cqos_core.cli import fixing
+from cqos_core.cli import check_fixes
 from cqos_planning import plan_command
 
 SYSTEM = """cqos: 1
@@ -131,7 +131,7 @@ def append_before(monkeypatch, where, name, file):
 def test_a_fix_of_a_file_that_another_program_changed_is_refused(arguments, monkeypatch, cqos, files):
     file = files / "a.yaml"
     file.write_text(SYSTEM)
-    append_before(monkeypatch, fixing if arguments[0] == "check" else plan_command, "replace_files", file)
+    append_before(monkeypatch, check_fixes if arguments[0] == "check" else plan_command, "replace_files", file)
     done = cqos(*arguments, "a.yaml")
     assert done.code == 2
     assert "is not written: another program changed the file after it was read" in done.err

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core.cli import main
-from tests.command import run
+from tests.command_process import run
 
 FOLDER = Path(__file__).with_name("mistakes")
 FILES = sorted([*FOLDER.glob("*.yaml"), *FOLDER.glob("*.toml")])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.command import run
+from tests.command_process import run
 
 PACK = """
 cqos_pack: 1

@@ -50,8 +50,8 @@ def test_checking_a_small_file_imports_nothing_that_it_does_not_use(files):
     _, modules = imported(files, "check", "fits.yaml")
     unused = {
         "cqos_core.analysis.baseline",
-        "cqos_core.cli.fixing",
-        "cqos_core.cli.watching",
+        "cqos_core.cli.check_fixes",
+        "cqos_core.cli.watch",
         "cqos_ros2_workspace.launch",
         "html",
         "tomllib",

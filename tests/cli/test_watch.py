@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from cqos_core.cli.watching import watch
+from cqos_core.cli.watch import watch
 from tests.cli.conftest import COMMAND, environment
 
 PATIENCE = 60

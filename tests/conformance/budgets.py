@@ -17,7 +17,7 @@ from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
 from cqos_core.api import context, read
-from cqos_core.behaviour.paths.budgets import budgets
+from cqos_core.behaviour.paths.budgets import budgets_of_system
 from cqos_core.matching.pipeline import Pipeline
 from cqos_live.dds.prove.fast import PROVER, compile_program
 from tests.conformance.origin import build_of, origin
@@ -99,7 +99,7 @@ def computed(case: Case) -> float:
     """Return what C-QoS computes: bytes of a sample on the wire, or in the history of the writer."""
     reliability = "best_effort" if case.kind == "best_effort" else "reliable"
     text = DESIGN.format(product=case.product, size=case.size, reliability=reliability, depth=case.samples)
-    found = budgets(Pipeline(read(text.encode()), context()))
+    found = budgets_of_system(Pipeline(read(text.encode()), context()))
     if case.kind == "history":
         return (found.histories[0].size or 0) / case.samples
     (stream,) = found.streams

@@ -100,7 +100,7 @@ def paused(plan: Plan, name: str) -> Plan:
 def cases(on: str) -> list[Case]:
     """Return the designs that run on an implementation, each with each fault."""
     if on == "mosquitto":
-        runs: list[Case] = import_module("tests.conformance.second_opinion").cases()
+        runs: list[Case] = import_module("tests.conformance.spin_comparison").cases()
         return runs
     return [(name, design, fault) for (name, design), fault in product(DDS_DESIGNS.items(), DDS_FAULTS)]
 

@@ -21,15 +21,15 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core import check
 from cqos_core.analysis.run_plan import named, prepare
 from cqos_core.api import context
-from cqos_core.files.applying import read_texts
-from cqos_core.files.loading import load_paths
-from cqos_core.files.merging import merge
+from cqos_core.files.path_loader import load_paths
+from cqos_core.files.source_reader import read_texts
+from cqos_core.files.system_merge import merge
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.prover import NotRunnableError, Outcome
 from cqos_live.prove.outcomes import disagreements, fixed, summary
 from tests.conformance.comparison import random_pairs
 from tests.conformance.origin import origin
-from tests.worlds import pair_system
+from tests.made_up_protocol import pair_system
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -8,10 +8,10 @@ from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 import pytest
-from cqos_mqtt.prove.client import Subscription
-from cqos_mqtt.prove.mosquitto import Mosquitto, program
 
 from cqos_core import check
+from cqos_live.mqtt.prove.client import Subscription
+from cqos_live.mqtt.prove.mosquitto import Mosquitto, program
 from tests.conformance.test_guarantees_mosquitto import Watched
 
 if TYPE_CHECKING:

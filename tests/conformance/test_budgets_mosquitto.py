@@ -13,7 +13,7 @@ if os.environ.get("CI") != "true":
     pytest.importorskip("paho.mqtt", reason="paho-mqtt is not installed: pip install paho-mqtt")
 
 from cqos_core.api import context, read
-from cqos_core.behaviour.paths.budgets import budgets
+from cqos_core.behaviour.paths.budgets import budgets_of_system
 from cqos_core.matching.pipeline import Pipeline
 from tests.conformance.mosquitto import V3, V5, Client, program, running
 
@@ -108,7 +108,7 @@ def test_messages_have_the_bytes_that_are_computed(version):
                 expiry=f", message_expiry_interval: {expiry}s" if expiry else "",
                 number=f", subscription_identifier: {number}" if number else "",
             )
-            (stream,) = budgets(Pipeline(read(text.encode()), context())).streams
+            (stream,) = budgets_of_system(Pipeline(read(text.encode()), context())).streams
             ways = [stream.to_broker or (), stream.parts or ()]
             computed: list[int] = [sum([each * many for each, many in way]) - TCP for way in ways]
             assert [*measured(broker, version, offered, requested, size, expiry, number)] == computed

@@ -5,22 +5,24 @@ from pathlib import Path
 
 import yaml
 
-from tests import tables
+from tests import paper_tables
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "examples" / "incidents"
-INCIDENTS = yaml.safe_load(tables.INDEX.read_text(encoding="utf-8"))["incidents"]
+INCIDENTS = yaml.safe_load(paper_tables.INDEX.read_text(encoding="utf-8"))["incidents"]
 
 
 def test_the_index_is_what_the_tables_command_would_write():
-    text = tables.INDEX.read_text(encoding="utf-8")
-    assert tables.index(text) == text, "run: python3 dev.py tables incidents"
+    text = paper_tables.INDEX.read_text(encoding="utf-8")
+    assert paper_tables.index(text) == text, "run: python3 dev.py tables incidents"
 
 
 def test_the_tables_command_writes_only_the_answers():
-    one = next(each for each in tables.INDEX.read_text(encoding="utf-8").split("- id: ") if "codes: [ROS101]" in each)
+    one = next(
+        each for each in paper_tables.INDEX.read_text(encoding="utf-8").split("- id: ") if "codes: [ROS101]" in each
+    )
     other = one.replace("verdict: incompatible", "verdict: compatible").replace("codes: [ROS101]", "codes: []")
-    assert tables.index(f"# head\n- id: {other}") == f"# head\n- id: {one}"
+    assert paper_tables.index(f"# head\n- id: {other}") == f"# head\n- id: {one}"
 
 
 def test_the_index_names_every_folder_and_every_file():

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from tests import command
+from tests import command_process
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_directory"
 FILES = {"bag/metadata.yaml", "config/lidar.yaml", "config/porter.rviz", "drivers.txt", "robot.yaml"}
@@ -69,7 +69,7 @@ FIXES = [
 
 
 def run(*arguments, folder=EXAMPLE.parent):
-    return command.run_here([*arguments, "--no-config"], folder)
+    return command_process.run_here([*arguments, "--no-config"], folder)
 
 
 def errors(report):

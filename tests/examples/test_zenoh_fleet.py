@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from tests.command import run
+from tests.command_process import run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "zenoh_fleet"
 FILES = ("carrier.json5", "desk.json5", "fleet.yaml")

@@ -11,12 +11,12 @@ from lxml import etree
 
 import cqos_core as cqos
 from cqos_core.api import context
-from cqos_core.files.loading import read_source
+from cqos_core.files.source_reader import read_source
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.packs.export import ExportContext
 from cqos_core.plugins import load_plugins
-from tests.command import run_here
+from tests.command_process import run_here
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.api import context
-from cqos_core.files.design import design_of
+from cqos_core.files.yaml_design import design_of
 from cqos_core.files.yaml_writer import write
 from cqos_core.language.values import Anything
 from cqos_core.model.settings import Place, Setting
@@ -31,7 +31,7 @@ from cqos_core.model.system import (
     Topic,
 )
 from cqos_core.packs.export import ExportContext
-from tests.worlds import CONTEXT, checked, reader, settings, world, writer
+from tests.made_up_protocol import CONTEXT, checked, reader, settings, world, writer
 
 ROOT = Path(__file__).resolve().parents[2]
 INCIDENTS = ROOT / "examples" / "incidents"

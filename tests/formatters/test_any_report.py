@@ -22,10 +22,10 @@ from cqos_core.formatters.gitlab import render_gitlab
 from cqos_core.formatters.json_report import render_json, render_jsonl, report_from_json
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.markdown import render_markdown
+from cqos_core.formatters.multi_system import combined_report
 from cqos_core.formatters.places import relative
 from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
-from cqos_core.formatters.several import together
 from cqos_core.formatters.statistics import render_statistics
 from cqos_core.formatters.terminal import clean
 from cqos_core.formatters.text import render_text
@@ -151,7 +151,7 @@ CONTENT = {
     "coverage": coverages,
 }
 reports = st.builds(Report, **CONTENT, parts=st.just(()))
-several = st.lists(reports, min_size=2, max_size=3).map(together)
+several = st.lists(reports, min_size=2, max_size=3).map(combined_report)
 styles = st.builds(
     Style,
     show=st.sampled_from(Severity),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from tests.command import run_here
+from tests.command_process import run_here
 
 GOLDEN = Path(__file__).with_name("golden")
 TEXT = {"type": "string"}

@@ -6,13 +6,13 @@ from functools import partial
 import pytest
 
 from cqos_core import check
-from cqos_core.files.applying import replacements_of
+from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.report import Report
 from cqos_core.model.settings import Place
 from cqos_core.model.style import Style
-from tests.command import run as command
+from tests.command_process import run as command
 
 
 def run(style, source="/repo/a/b.yaml"):

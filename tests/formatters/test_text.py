@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check
-from cqos_core.files.applying import replacements_of
+from cqos_core.files.edited_files import replacements_of
 from cqos_core.formatters.causes import causes
-from cqos_core.formatters.several import together
+from cqos_core.formatters.multi_system import combined_report
+from cqos_core.formatters.phrases import shown
 from cqos_core.formatters.text import render_text
-from cqos_core.formatters.wording import shown
 from cqos_core.model.finding import Fact, Finding, Severity, Side, Verdict
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Report
@@ -52,7 +52,7 @@ def findings_in(text):
     return [block.splitlines() for block in text.split("\n\n") if block.startswith(heads)]
 
 
-def hold_the_law(report, sources):
+def assert_short_and_complete(report, sources):
     """Every finding is short, and nothing that is wrong is out of reach."""
     style = style_of(sources, listed=True)
     text = render_text(report, style)
@@ -74,7 +74,7 @@ def hold_the_law(report, sources):
 @pytest.mark.parametrize("path", SYSTEMS)
 def test_each_finding_of_an_example_is_short_and_none_is_out_of_reach(path):
     if (done := checked(path)) is not None:
-        hold_the_law(*done)
+        assert_short_and_complete(*done)
 
 
 @pytest.mark.explored
@@ -85,7 +85,7 @@ def test_each_finding_of_a_case_is_short_and_none_is_out_of_reach(path):
     firsts = {case.content["expect"]: case for case in reversed(cases)}
     for case in cases if EXPLORE else firsts.values():
         result = judge_case(case)
-        hold_the_law(Report(result.verdict, findings=tuple(result.findings)), {})
+        assert_short_and_complete(Report(result.verdict, findings=tuple(result.findings)), {})
 
 
 def test_the_first_screen_of_many_findings_is_a_summary():
@@ -126,7 +126,7 @@ def test_the_summary_of_several_systems_names_their_files_and_the_gravest_findin
         ]
         return Report(Verdict.UNKNOWN, findings=tuple(found), system=name)
 
-    text = render_text(together([part("a", Severity.WARNING), part("b", Severity.ERROR)]), Style())
+    text = render_text(combined_report([part("a", Severity.WARNING), part("b", Severity.ERROR)]), Style())
     first, second, third, *_ = text.splitlines()
     assert first == "12 findings below fleet/: 6 errors, 6 warnings"
     assert second == "  in a.yaml 6, b.yaml 6"

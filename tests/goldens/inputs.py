@@ -12,7 +12,7 @@ import yaml
 
 import cqos_core as cqos
 from cqos_core.testing import judge_case, load_cases
-from tests.command import run
+from tests.command_process import run
 from tests.goldens import designs, fleets, sessions
 from tests.goldens.fleets import Fleet
 from tests.goldens.stanza import Lines, Writer, spoken

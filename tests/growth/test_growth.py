@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from tests.effort import EXPLORE
-from tests.growth.forgetting import forget
+from tests.growth.cache_reset import forget
 from tests.growth.linear import gc_paused
 from tests.growth.models import ALWAYS, MODELS
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 import pytest
 
 import cqos_core as cqos
-from cqos_core.files.merging import merge
+from cqos_core.files.system_merge import merge
 from cqos_core.model.flow import ControlFlow, FlowNode, Timer, Trigger
 from tests.importers.test_bpmn import read_model
 

@@ -9,7 +9,7 @@ from cqos_core.model.settings import Place
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import Overlay
 from cqos_core.plugins import load_plugins, named
-from tests.worlds import participant, profile, settings, world, writer
+from tests.made_up_protocol import participant, profile, settings, world, writer
 
 read = named(load_plugins().importers["yaml"].reader)
 DESIGN = """cqos: 1

@@ -1,4 +1,4 @@
-"""Random systems: of ROS 2, of the made-up protocol of `tests.worlds`, and of both, with everything that may stand in one."""
+"""Random systems: of ROS 2, of the made-up protocol of `tests.made_up_protocol`, and of both, with everything that may stand in one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cqos_core import (
 )
 from cqos_core.api import context
 from cqos_ros2.pack import PACK as ROS2
-from tests.worlds import POST
+from tests.made_up_protocol import POST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

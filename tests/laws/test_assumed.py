@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cqos_core import Assumption, Report, Setting, Verdict, check, check_pair, read
 from cqos_core.api import context
-from cqos_core.formatters.several import together
+from cqos_core.formatters.multi_system import combined_report
 from cqos_core.matching import judge
 from tests.laws.systems import BOTH, PACKS, WHERE, systems
 from tests.laws.test_fixes import random_systems
@@ -105,7 +105,7 @@ def test_several_systems_name_an_assumption_once():
     one = check_pair("mqtt", {"topic_alias": 1}, {}).assumed
     other = (Assumption("mqtt.protocol_version", ("3.1.1", "5.0")), Assumption("ros2.rmw", ("fastdds",)))
     reports = [Report(Verdict.COMPATIBLE, assumed=each) for each in (one, other)]
-    assert together(reports).assumed == (*one, other[1])
+    assert combined_report(reports).assumed == (*one, other[1])
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)

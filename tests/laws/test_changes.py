@@ -18,8 +18,8 @@ from cqos_core.model.system import Bound, ImportNote, Overlay, TeamRule
 from cqos_core.packs.rule import forbids
 from cqos_core.packs.topic_matching import Naming, TopicMatching
 from tests.laws.systems import BOTH, PACKS, Vocabulary, systems
+from tests.made_up_protocol import POST, participant, reader, world, writer
 from tests.test_session import Editing
-from tests.worlds import POST, participant, reader, world, writer
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

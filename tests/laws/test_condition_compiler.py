@@ -39,9 +39,9 @@ from cqos_core.resolving.qos_profile import _PROFILES, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
-from tests.any_rules import any_rules
 from tests.effort import EXPLORE
-from tests.worlds import POST
+from tests.made_up_protocol import POST
+from tests.random_rules import any_rules
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,7 +13,7 @@ from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
 from tests.effort import EXPLORE
-from tests.worlds import POST
+from tests.made_up_protocol import POST
 
 if TYPE_CHECKING:
     from cqos_core import Report

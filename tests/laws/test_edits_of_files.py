@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from cqos_core.api import context, read
-from cqos_core.files.applying import apply_edits
+from cqos_core.files.edited_files import apply_edits
 from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.model.problems import InputError
 from cqos_core.resolving.resolver import resolve

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cqos_core import InputError, Severity, check
 from cqos_core.api import context
-from cqos_core.files.applying import apply_edits
+from cqos_core.files.edited_files import apply_edits
 from cqos_core.packs import Choice, Count, Duration, Flag
 from cqos_core.testing import load_cases
 from tests.effort import EXAMPLES, EXPLORE

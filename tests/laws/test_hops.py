@@ -12,8 +12,8 @@ from cqos_core.language.values import INFINITE
 from cqos_core.matching.pair_guarantees import FaultGuarantee, PairGuarantee, over_hops
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
 from tests.effort import EXPLORE
+from tests.made_up_protocol import writer
 from tests.test_bridge_values import PACKS, bridge, bridged, needing
-from tests.worlds import writer
 
 SEEDS: Final = 2_000 if EXPLORE else 40
 SECOND: Final = 10**9

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2
 from cqos_core.remote.open_models import OpenModel
-from cqos_core.service.answers import check_document, described
+from cqos_core.service.call_handlers import check_document, describe_system
 
 MOST = 20_000
 LARGE = "<!--" + " " * 40_000 + "-->"
@@ -138,7 +138,7 @@ class Caller:
         documents.reading.switches["bpmn"].settings["lines"] = "false"
         asked = check_pb2.CheckDocumentRequest(documents=documents.documents, reading=documents.reading)
         assert content_of(self.report) == content_of(check_document(asked, MOST).report)
-        found = described(check_pb2.DescribeRequest(documents=documents), MOST)
+        found = describe_system(check_pb2.DescribeRequest(documents=documents), MOST)
         assert self.endpoints == {each.id: each for each in found.endpoints}
         assert sorted(map(str, self.participants)) == sorted(map(str, found.participants))
 

@@ -16,7 +16,7 @@ from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
 from tests.effort import EXPLORE
-from tests.worlds import POST, pair_system
+from tests.made_up_protocol import POST, pair_system
 
 if TYPE_CHECKING:
     from cqos_core.packs import Policy, RulePack
@@ -55,8 +55,10 @@ def a_side(random: Random, pack: RulePack) -> dict[str, Any]:
 
 def general(pack: RulePack, offered: Any, requested: Any, around: tuple[Any, Any, Any]) -> cqos.PairReport:
     """Explain a pair in a system of its own; a profile that is None is none."""
-    sides = ({name: value for name, value in each.items() if value is not None} for each in (offered, requested))
-    system = pair_system(pack.id, *sides, *around)
+    offers, requests = (
+        {key: value for key, value in each.items() if value is not None} for each in (offered, requested)
+    )
+    system = pair_system(pack.id, offers, requests, *around)
     return cqos.explain(system, publisher="publisher", subscriber="subscriber", packs=[pack])
 
 

@@ -18,12 +18,12 @@ from cqos_core.matching.pair_outcomes import PairEnd, kind_of, outcome
 from cqos_core.matching.topic_groups import GroupKey, TopicShape
 from cqos_core.matching.topic_outcomes import judge_shape
 from cqos_core.packs.rule import forbids
-from tests.any_rules import any_rules
 from tests.benchmarks import inputs
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, WHERE, systems
 from tests.laws.test_condition_compiler import PACKS, plain, with_much_in_common
-from tests.worlds import CARE, POST
+from tests.made_up_protocol import CARE, POST
+from tests.random_rules import any_rules
 
 
 @given(st.sampled_from(BOTH).flatmap(systems))

@@ -15,7 +15,7 @@ import pytest
 
 from cqos_core.service.settings import PAGE
 from tests.browser import WAIT, missing
-from tests.command import start
+from tests.command_process import start
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

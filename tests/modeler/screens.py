@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from tests.browser import FLAGS, chromium
 from tests.modeler.conftest import NAME, ROOT, Running, Shown, Tab
 from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

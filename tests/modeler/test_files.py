@@ -14,7 +14,7 @@ from cqos_core.service.settings import PAGE
 from tests.browser import missing, violations
 from tests.modeler.conftest import NAME, ROOT, Running, Shown
 from tests.modeler.screens import IN_DOCS, reach
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 KEY = "x-cqos-key"
 

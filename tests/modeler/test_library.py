@@ -16,7 +16,7 @@ import pytest
 from tests.browser import missing
 from tests.modeler.conftest import Shown
 from tests.modeler.drawings import CATCH, Event, Pool, drawing, written
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELER = ROOT / "modeler"

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from tests.browser import violations
-from tests.command import run
+from tests.command_process import run
 from tests.effort import EXPLORE
 from tests.modeler.conftest import NAME, ROOT, Running
 from tests.modeler.drawings import BOUNDARY, CATCH, END, START, THROW, Event, Pool, drawing, many, written

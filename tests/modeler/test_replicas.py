@@ -4,7 +4,7 @@ import pytest
 
 from tests.modeler.conftest import NAME, ROOT, Shown
 from tests.modeler.test_page import DROP
-from tests.service.running import Service
+from tests.service.service_process import Service
 from tests.service.test_replicas import Proxy
 
 NOTICED = """() => {

@@ -1,4 +1,4 @@
-"""Random models in the form of `tests.behaviour.drawing`: structured processes that throw and catch a few signals."""
+"""Random models in the form of `tests.behaviour.model_text`: structured processes that throw and catch a few signals."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from random import Random
 from typing import Any, Final
 
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 from tests.behaviour.test_cases import cases
 from tests.conformance.origin import build_of, origin
 from tests.oracle.checks import CHECKED, POSSIBLE, Oracle, cause, faults, follows, holds, is_reported, lacks

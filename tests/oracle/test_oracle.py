@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from tests.behaviour.drawing import model
+from tests.behaviour.model_text import model
 from tests.behaviour.test_cases import cases
 from tests.oracle.checks import CHECKED, NEVER, RATES, Oracle, holds, possible_faults
 from tests.oracle.random_models import random_model

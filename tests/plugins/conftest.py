@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
-from tests.command import run
+from tests.command_process import run
 
 UNWANTED = {"NO_COLOR", "COLUMNS", "CQOS_DEBUG", "CQOS_LOAD_PLUGINS", "PYTHONPATH"}
 

@@ -4,10 +4,10 @@ import hashlib
 
 import pytest
 
-from tests.service.running import serving
+from tests.service.service_process import serving
 
 PAGE = "https://modeler.example"
-"""The origin of pages that may call the browsers' door."""
+"""The origin of pages that may call the server for browsers."""
 
 
 @pytest.fixture(scope="session")

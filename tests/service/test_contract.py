@@ -1,4 +1,4 @@
-"""Library, command and service never disagree: every case file and every example, through all doors."""
+"""Library, command and service never disagree: every case file and every example, by all interfaces."""
 
 import asyncio
 import json
@@ -22,13 +22,13 @@ from cqos_core.remote.messages import pair_value, report_value, system_message, 
 from cqos_core.testing import _settings, load_cases
 from tests.effort import EXPLORE
 from tests.laws.systems import BOTH, systems
-from tests.worlds import pair_system
+from tests.made_up_protocol import pair_system
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERY = 1 if EXPLORE else 3
 """One of so many files of cases is asked for, and of each one of so many cases: what travels is the same for every rule."""
 MOST_BY_WEB = None if EXPLORE else 1
-"""Cases of each kind that each file asks the browsers' door for."""
+"""Cases of each kind that each file asks the server for browsers for."""
 PACK_OF = {"ros2": "ros2", "dds_full": "dds", "mqtt": "mqtt"}
 CASE_FILES = sorted(ROOT.glob("plugins/*/tests/cases/*.yml"))[::EVERY]
 DOCUMENTS = sorted(
@@ -40,7 +40,7 @@ DOCUMENTS = sorted(
 
 
 def ask_web(service, method, request, response):
-    """Call the browser's door as a page does: binary Connect over HTTP, over a connection that is kept."""
+    """Call the server for browsers as a page does: binary Connect over HTTP, over a connection that is kept."""
     headers = {"content-type": "application/proto", "connect-protocol-version": "1"}
     service.page.request("POST", f"/cqos.v1.CheckService/{method}", request.SerializeToString(), headers)
     answer = service.page.getresponse()
@@ -84,7 +84,7 @@ def ask_web_of_system(service, system):
 @pytest.mark.explored
 @pytest.mark.parametrize("file", CASE_FILES, ids=lambda path: path.stem)
 def test_every_case_gives_the_same_report_by_library_and_service(file, service, client):
-    """By gRPC, and some by the browsers' door too; `dev.py explore` asks for every case at both."""
+    """By gRPC, and some by the server for browsers too; `dev.py explore` asks for every case at both."""
     pack = PACK_OF[file.parents[2].name]
     pairs = []
     systems = []

@@ -12,11 +12,11 @@ import pytest
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.cli import main
-from cqos_core.files.opening import SentFiles
+from cqos_core.files.source_files import SentFiles
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.remote.client import AsyncClient
-from tests.service.running import Service, serving
+from tests.service.service_process import Service, serving
 from tests.service.test_contract import DOCUMENTS, ROOT, outcome
 from tests.service.test_robustness import refused, violations
 
@@ -305,7 +305,7 @@ WATCHED = """\
 import sys
 from pathlib import Path
 from cqos.v1 import check_pb2
-from cqos_core.service.answers import answer
+from cqos_core.service.call_handlers import answer
 from cqos_core.remote.refusal import Refused
 
 def ask(path):

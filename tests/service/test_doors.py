@@ -20,7 +20,7 @@ from cqos_core.files.yaml_writer import write
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.packs.export import ExportContext
-from tests.command import run_here
+from tests.command_process import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:

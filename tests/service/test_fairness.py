@@ -19,17 +19,17 @@ from uvicorn.server import ServerState
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused
-from cqos_core.service import native
-from cqos_core.service.callers import origin
-from cqos_core.service.calls import Calls
-from cqos_core.service.connections import Connections, Patient
-from cqos_core.service.fair_scheduler import Turns
-from cqos_core.service.frames import ANSWER, ANSWER_JSON
-from cqos_core.service.observing import Observer
+from cqos_core.service import grpc_server
+from cqos_core.service.call_dispatch import CallDispatcher
+from cqos_core.service.caller_quotas import caller_address
+from cqos_core.service.connections import Connections, IdleTimeoutProtocol
+from cqos_core.service.fair_scheduler import FairPool
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.web import application
+from cqos_core.service.telemetry import Telemetry
+from cqos_core.service.web_server import application
+from cqos_core.service.worker_frames import ANSWER, ANSWER_JSON
 from tests.benchmarks.attacks import PAIR
-from tests.service.crowd import heavy
+from tests.service.caller_process import heavy
 from tests.service.test_sessions import two
 
 # --- whose turn it is ---
@@ -73,7 +73,7 @@ def used(seconds, finished, name):
 def test_a_caller_is_served_by_the_time_it_used_and_not_by_its_calls():
     async def run():
         finished: list[str] = []
-        turns = Turns([1], ready)
+        turns = FairPool([1], ready)
         many = [asyncio.create_task(turns.use("large", used(0.05, finished, "large"))) for _ in range(6)]
         few = [asyncio.create_task(turns.use("small", used(0.001, finished, "small"))) for _ in range(10)]
         await asyncio.gather(*many, *few)
@@ -88,7 +88,7 @@ def test_a_caller_is_served_by_the_time_it_used_and_not_by_its_calls():
 def test_equals_take_turns():
     async def run():
         finished: list[str] = []
-        turns = Turns([1], ready)
+        turns = FairPool([1], ready)
         await asyncio.gather(*(turns.use(name, used(0.02, finished, name)) for name in "aaaabbbbcccc"))
         return finished
 
@@ -101,7 +101,7 @@ def test_only_who_is_alone_uses_all_at_the_same_time():
     async def run(*callers, after=0.0):
         begun = dict.fromkeys(callers, 0)
         most = dict.fromkeys(callers, 0)
-        turns = Turns([1, 2, 3], ready)
+        turns = FairPool([1, 2, 3], ready)
 
         def work(name):
             async def do(_thing):
@@ -125,7 +125,7 @@ def test_only_who_is_alone_uses_all_at_the_same_time():
 def test_a_queue_that_is_full_has_a_place_for_those_who_have_fewer():
     async def run():
         finished: list[str] = []
-        turns = Turns([1], ready, most_waiting=4)
+        turns = FairPool([1], ready, most_waiting=4)
         many = [asyncio.create_task(turns.use("a", used(0.01, finished, "a"))) for _ in range(5)]
         await asyncio.sleep(0)
         with pytest.raises(Refused, match="4 calls wait already, 4 of them yours"):
@@ -144,7 +144,7 @@ def test_a_queue_that_is_full_has_a_place_for_those_who_have_fewer():
 def test_who_goes_away_leaves_its_place_and_what_it_had_to_others():
     async def run():
         finished: list[str] = []
-        turns = Turns([1], ready, most_waiting=1)
+        turns = FairPool([1], ready, most_waiting=1)
         at_work = asyncio.create_task(turns.use("a", used(0.02, finished, "a")))
         await asyncio.sleep(0.001)
         waiting = asyncio.create_task(turns.use("a", used(0.02, finished, "never")))
@@ -170,7 +170,7 @@ def test_failed_work_raises_and_its_worker_is_restored():
         raise ValueError("no")
 
     async def run():
-        turns = Turns([7], restore)
+        turns = FairPool([7], restore)
         with pytest.raises(ValueError, match="no"):
             await turns.use("a", fail)
         await turns.use("a", ready)
@@ -196,18 +196,18 @@ def test_failed_work_raises_and_its_worker_is_restored():
     ],
 )
 def test_callers_without_credentials_are_named_by_their_address(peer, name):
-    assert origin(peer) == name
+    assert caller_address(peer) == name
 
 
 # --- with processes that really call ---
 
 
-class Crowd:
+class CallerProcess:
     """A caller in a process of its own."""
 
     def __init__(self, service, kind, number):
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.service.crowd", service.grpc, kind, str(number)],
+            [sys.executable, "-m", "tests.service.caller_process", service.grpc, kind, str(number)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -266,7 +266,7 @@ class Crowd:
     ids=["documents and models", "pairs", "sessions"],
 )
 def test_one_who_asks_for_little_is_served_between_those_who_ask_for_much(service, greedy, modest, at_most):
-    many, few = Crowd(service, *greedy), Crowd(service, *modest)
+    many, few = CallerProcess(service, *greedy), CallerProcess(service, *modest)
     try:
         few._wait_for(1)
         many.begin()
@@ -314,7 +314,7 @@ def test_one_caller_has_its_share_of_sessions_and_no_more(narrow):
             with pytest.raises(ServiceError, match="one caller may have 2 of the 4 sessions") as raised:
                 third.report()
             assert raised.value.code == "RESOURCE_EXHAUSTED"
-            elsewhere = Crowd(narrow, "drawing", 3)
+            elsewhere = CallerProcess(narrow, "drawing", 3)
             try:
                 elsewhere.begin()
                 assert [answer for _, answer in elsewhere.done()] == ["OK"] * 3
@@ -350,7 +350,7 @@ def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
     }
 
     async def run():
-        calls = Calls(Settings(), Observer(Settings()))
+        calls = CallDispatcher(Settings(), Telemetry(Settings()))
         asked = application(calls, Settings())
         turn = 0
         answered: list[int] = []
@@ -388,7 +388,7 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
     """Beside calls of gRPC the loop has only HTTP to do for them."""
 
     async def run():
-        calls = Calls(Settings(), Observer(Settings()))
+        calls = CallDispatcher(Settings(), Telemetry(Settings()))
         asked = []
 
         async def answer(_caller, kind, method, data, _seconds):
@@ -396,7 +396,7 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
             return b"answer"
 
         monkeypatch.setattr(calls.pool, "call", answer)
-        with calls.calling({}, "ipv4:192.0.2.1:5000") as caller:
+        with calls.count_call({}, "ipv4:192.0.2.1:5000") as caller:
             for json in (False, True):
                 for _ in range(2):  # the second one from memory
                     assert await calls.unary(caller, PAIR, b"", None, browser=True, json=json) == b"answer"
@@ -408,7 +408,7 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
 def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
     turn, made = 0, []
 
-    class Counted(Patient):
+    class Counted(IdleTimeoutProtocol):
         def connection_made(self, transport):
             made.append(turn)
             super().connection_made(transport)
@@ -417,7 +417,7 @@ def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
         nonlocal turn
         held = Connections(Limits())
         settings = Settings(web="127.0.0.1:0")
-        config = uvicorn.Config(application(Calls(settings, Observer(settings)), settings), lifespan="off")
+        config = uvicorn.Config(application(CallDispatcher(settings, Telemetry(settings)), settings), lifespan="off")
         config.load()
         kind = cast("Any", type("Protocol", (Counted,), {"held": held}))
         with socket.create_server(("127.0.0.1", 0)) as listening, contextlib.ExitStack() as stack:
@@ -436,7 +436,7 @@ def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
 
 
 def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeypatch):
-    monkeypatch.setattr(native, "_REFUSING_SECONDS", 0)
+    monkeypatch.setattr(grpc_server, "_REFUSING_SECONDS", 0)
 
     class Context:
         def invocation_metadata(self):
@@ -452,7 +452,7 @@ def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeyp
     async def run():
         nonlocal turn
         settings = Settings(listen="127.0.0.1:0")
-        door = native.NativeDoor(Calls(settings, Observer(settings)), settings)
+        door = grpc_server.GrpcServer(CallDispatcher(settings, Telemetry(settings)), settings)
         refused = Refused("RESOURCE_EXHAUSTED", "too many", reason=CALLER_QUOTA)
         tasks = [asyncio.ensure_future(door._refuse(Context(), refused, "")) for _ in range(20)]
         while not all(task.done() for task in tasks):

@@ -18,10 +18,10 @@ import pytest
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.callers import Callers
-from cqos_core.service.observing import Meter
+from cqos_core.service.caller_quotas import Callers
 from cqos_core.service.settings import Limits
-from tests.service.running import serving
+from cqos_core.service.telemetry import Meter
+from tests.service.service_process import serving
 from tests.service.test_robustness import metric, refused, violations
 from tests.service.test_sessions import two
 
@@ -115,37 +115,37 @@ def test_a_call_whose_workers_are_killed_twice_says_so():
 def test_bytes_of_requests_are_counted_as_they_come_and_given_back():
     callers = Callers(Limits(message_bytes=100, total_bytes=400, inline_bytes=10, share=0.5), Meter())
     with contextlib.ExitStack() as stack:
-        one, other, third = (stack.enter_context(callers.calling(name)) for name in ("one", "other", "third"))
+        one, other, third = (stack.enter_context(callers.count_call(name)) for name in ("one", "other", "third"))
         for _ in range(2):
-            hold = stack.enter_context(callers.holding(one))
+            hold = stack.enter_context(callers.hold_request(one))
             hold(60)
             hold(40)
         message = (
             "one caller may have 200 of the 400 bytes of requests at the same time; of yours 200 are under way, and "
         )
-        with callers.holding(one) as hold, pytest.raises(Refused, match=f"{message}these are 11 more; send fewer"):
+        with callers.hold_request(one) as hold, pytest.raises(Refused, match=f"{message}these are 11 more; send fewer"):
             hold(11)
-        with callers.holding(one) as hold:
+        with callers.hold_request(one) as hold:
             hold(10)  # one that needs no worker does not wait
-        stack.enter_context(callers.holding(other))(100)
-        stack.enter_context(callers.holding(third))(99)
+        stack.enter_context(callers.hold_request(other))(100)
+        stack.enter_context(callers.hold_request(third))(99)
         message = (
             "requests of 399 bytes are under way, and these are 12 more, this service takes 400 at the same time; try"
         )
-        with callers.holding(third) as hold, pytest.raises(Refused, match=message):
+        with callers.hold_request(third) as hold, pytest.raises(Refused, match=message):
             hold(12)
-        with callers.holding(third) as hold:
+        with callers.hold_request(third) as hold:
             hold(5)
             with pytest.raises(Refused):
                 hold(6)
-    with callers.calling("one") as one, callers.holding(one) as hold:
+    with callers.count_call("one") as one, callers.hold_request(one) as hold:
         hold(200)
     assert callers._held == 0
 
 
 def test_one_message_is_always_taken_however_small_the_share():
     callers = Callers(Limits(message_bytes=100, total_bytes=100, share=0.01), Meter())
-    with callers.calling("one") as one, callers.holding(one) as hold:
+    with callers.count_call("one") as one, callers.hold_request(one) as hold:
         hold(100)
 
 
@@ -196,7 +196,7 @@ PAIR = "/cqos.v1.CheckService/CheckDocument"
 
 
 def half_sent(service, token, length, sent):
-    """A call to the browsers' door that stays half sent."""
+    """A call to the server for browsers that stays half sent."""
     host, _, port = service.addresses["web"].rpartition(":")
     connection = socket.create_connection((host, int(port)))
     head = f"POST {PAIR} HTTP/1.1\r\nhost: x\r\ncontent-type: application/proto\r\nauthorization: Bearer {token}\r\n"
@@ -204,7 +204,7 @@ def half_sent(service, token, length, sent):
     return connection
 
 
-def test_what_comes_to_the_browsers_door_counts_from_its_first_byte(narrow_in_bytes):
+def test_what_comes_to_the_server_for_browsers_counts_from_its_first_byte(narrow_in_bytes):
     with contextlib.ExitStack() as stack:
         for _ in range(4):
             stack.enter_context(half_sent(narrow_in_bytes, TOKENS[1], 1_500_000, 1_400_000))

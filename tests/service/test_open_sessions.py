@@ -425,7 +425,7 @@ def test_elements_are_named_for_members_that_have_other_ids(service):
 @pytest.mark.parametrize(("raised", "logged"), [(ZeroDivisionError("a defect"), 1), (Refused("NOT_FOUND", "gone"), 0)])
 def test_a_defect_in_work_for_which_no_caller_waits_is_logged(raised, logged, monkeypatch):
     told: list[str] = []
-    monkeypatch.setattr(open_sessions, "tell", lambda _level, event, **_fields: told.append(event))
+    monkeypatch.setattr(open_sessions, "log_event", lambda _level, event, **_fields: told.append(event))
 
     async def work():
         raise raised

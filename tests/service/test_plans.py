@@ -1,4 +1,4 @@
-"""The calls that plan changes: what the library plans, through both doors, and what they refuse."""
+"""The calls that plan changes: what the library plans, by both servers, and what they refuse."""
 
 import importlib.util
 import os
@@ -12,7 +12,7 @@ from cqos_core.model import optional_features
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import Refused
-from cqos_core.service.answers import answer
+from cqos_core.service.call_handlers import answer
 from tests.service.test_contract import ask_web
 
 needs_solver = pytest.mark.skipif(

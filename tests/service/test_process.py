@@ -32,7 +32,7 @@ from cqos_core.cli import main
 from cqos_core.cli.serve import serve, settings_from
 from cqos_core.remote.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.service.settings import Limits, Settings
-from tests.service.running import Service, serving
+from tests.service.service_process import Service, serving
 from tests.service.test_sessions import endpoint, two
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -59,7 +59,7 @@ def test_an_address_that_others_reach_needs_credentials(option, address, capsys)
         (["--tls-cert", "a.pem"], "belong together"),
         (["--tls-client-ca", "a.pem"], "write --tls-cert FILE"),
         (["--tls-cert", "a.pem", "--tls-key", "b.pem"], "cannot read a.pem"),
-        (["--origin", "https://example.org"], "--origin is for the door for browsers, which is not open"),
+        (["--origin", "https://example.org"], "--origin is for the server for browsers, which has no address"),
         (["--web", "127.0.0.1:0", "--origin", "https://example.org/"], "--origin `https://example.org/` is none"),
         (["--web", "127.0.0.1:0", "--origin", "example.org"], "`example.org` is none help: write scheme and host"),
         (["--token-file", "missing"], "cannot be read"),
@@ -131,7 +131,7 @@ def test_no_other_token_is(guarded, token, monkeypatch):
             assert not token or token not in str(raised.value)
 
 
-def test_tokens_guard_reflection_and_the_browsers_door_but_not_health(guarded):
+def test_tokens_guard_reflection_and_the_server_for_browsers_but_not_health(guarded):
     with grpc.insecure_channel(guarded.grpc) as channel:
         asked = reflection_pb2.ServerReflectionRequest(list_services="")
         stub: Any = reflection_pb2_grpc.ServerReflectionStub(channel)

@@ -15,7 +15,7 @@ import pytest
 
 from cqos.v1 import check_pb2, session_pb2
 from tests.laws.test_open_documents import content_of, followed
-from tests.service.running import Service
+from tests.service.service_process import Service
 from tests.service.test_open_sessions import FIXED, MODEL, documents
 
 AWAY = (OSError, http.client.HTTPException)

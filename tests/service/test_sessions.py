@@ -334,7 +334,7 @@ def test_a_session_that_grows_too_large_refuses(narrow):
         assert session.report() == before
 
 
-class FromAfar:
+class ServiceAndLibrarySession:
     """A session as a caller has it and one of the library, edited alike: all of the service but the network between."""
 
     def __init__(self, system):
@@ -363,14 +363,14 @@ class FromAfar:
         return edit
 
 
-class EditingFromAfar(Editing):
+class ServiceEditing(Editing):
     """The differences that the service sends add up to the report of a fresh check, too."""
 
-    opened = cast("Any", FromAfar)
+    opened = cast("Any", ServiceAndLibrarySession)
 
 
-EditingFromAfar.TestCase.settings = settings(max_examples=EXAMPLES // 3, stateful_step_count=20)
-TestEditingFromAfar = EditingFromAfar.TestCase
+ServiceEditing.TestCase.settings = settings(max_examples=EXAMPLES // 3, stateful_step_count=20)
+TestServiceEditing = ServiceEditing.TestCase
 
 
 @given(reports, reports)

@@ -12,7 +12,7 @@ import pytest
 import cqos_core as cqos
 from cqos_core import InputError
 from cqos_core.remote.client import ServiceError
-from tests.service.running import serving
+from tests.service.service_process import serving
 from tests.service.test_sessions import EDITS, two
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -1,4 +1,4 @@
-"""The door for browsers, spoken to as browsers do: Connect in binary and JSON, gRPC-Web, from a page of another origin."""
+"""The server for browsers, called as browsers do: Connect in binary and JSON, gRPC-Web, from a page of another origin."""
 
 import base64
 import contextlib

@@ -1,1 +1,1 @@
-"""What arrives over several hops: the paths of samples over bridges, the age of data over chains, the load of links."""
+"""Data over several hops: paths of samples over bridges, age of data in chains, load of links."""

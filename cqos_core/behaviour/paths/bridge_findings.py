@@ -1,4 +1,4 @@
-"""What bridges do to a system: routes without effect, loops, less on one side than on the other, samples that arrive twice."""
+"""Findings about bridges: routes without effect, loops, weaker guarantees behind a bridge, duplicates."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, DeliveryPaths, repetition
 from cqos_core.matching.hops import FollowingHops, Hop, PeerIndex, Topics
 from cqos_core.matching.pair_guarantees import PairGuarantee, guarantees_of
 from cqos_core.matching.route_circles import closed_circles
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def bridge_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
+    """Return all findings about bridges: routes without effect, loops, and what is carried on with less than arrives."""
     system, hops, by_topic = pipeline.system, pipeline.hops, pipeline.topics
     meeting = PeerIndex(by_topic)
     return [
@@ -46,7 +46,7 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
                 message = f"bridge `{bridge.id}` has a side in participant `{name}`, which the system does not have"
                 yield core_finding("CQ501", message, place=end.place or route.place, help=suggestion(name, known))
             source = route.source
-            # Where the other side is in no file, a pattern may well match nothing here.
+            # If the other side is external, a pattern may match nothing.
             expected = "*" in (source.topic or "") and not source.external and not unknown
             if expected and (bridge.id, source.participant, source.place) not in used:
                 message = f"bridge `{bridge.id}` carries nothing by route {number}: no topic matches `{source.topic}`"
@@ -94,7 +94,7 @@ _MOST_LISTED: Final = 25
 
 
 def _circles(after: FollowingHops) -> Iterator[list[Hop]]:
-    """Yield a shortest circle for every hop that leads back to one before it; at most one more than are listed."""
+    """Yield a shortest loop for each hop that leads back to an earlier one; at most one more than are listed."""
     found = 0
     covered: set[Hop] = set()
     done: set[Hop] = set()
@@ -122,7 +122,7 @@ def _circles(after: FollowingHops) -> Iterator[list[Hop]]:
 
 
 def _circle(start: Hop, after: FollowingHops) -> list[Hop]:
-    """The shortest way from a hop that is on a circle back to itself."""
+    """Return the shortest loop through a hop."""
     before: dict[Hop, Hop] = {}
     waiting = deque([start])
     while start not in before:
@@ -138,7 +138,7 @@ def _circle(start: Hop, after: FollowingHops) -> list[Hop]:
 
 
 def _weaker(hops: Sequence[Hop], meeting: PeerIndex) -> Iterator[Finding]:
-    """Note where a bridge gets more than those behind it do; what they say they need is an error of its own."""
+    """Yield notes on bridges that lose a guarantee which no subscriber behind them requires; required ones are errors elsewhere."""
     for hop in hops:
         arriving = [guarantees_of(publisher.profile, own.profile) for publisher, own in meeting.distinct(hop.source)]
         behind = [*meeting.distinct(hop.target)]
@@ -165,7 +165,7 @@ def _weaker(hops: Sequence[Hop], meeting: PeerIndex) -> Iterator[Finding]:
 
 
 def _into_one(hops: Sequence[Hop], meeting: PeerIndex) -> Iterator[Finding]:
-    """Warn where several topics end in one that stores less for late subscribers than there are topics."""
+    """Yield warnings about several topics that end in one with fewer samples for late joiners than topics."""
     together = grouped(((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), hop) for hop in hops)
     for same in together.values():
         sources = {
@@ -193,12 +193,12 @@ def _into_one(hops: Sequence[Hop], meeting: PeerIndex) -> Iterator[Finding]:
 
 
 def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
-    """Tell who needs that nothing arrives twice, and gets it over several ways."""
+    """Yield findings about subscribers that require `duplicate_free` and get samples over several paths."""
     everybody = {each.id: each for beside in by_topic.values() for each in beside if not each.is_copy}
     needing = {name for name, each in everybody.items() if DUPLICATE_FREE in each.profile.needs and not each.bridge}
     if not (hops and needing):
         return
-    arrivals = Arrivals(hops, by_topic)
+    arrivals = DeliveryPaths(hops, by_topic)
     found = grouped(
         ((name, sure), (publisher, ways))
         for publisher, end in sorted(everybody.items())

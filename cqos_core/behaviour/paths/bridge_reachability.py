@@ -1,4 +1,4 @@
-"""Who on one topic is connected over bridges, though the two never meet: what keeps them apart is no loss."""
+"""Find endpoint pairs of a topic that are connected only over bridges, so that their mismatch loses nothing."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from cqos_core.matching.topic_groups import MatchedTopic
 
 
-def connected(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
-    """Return per publisher group the subscriber groups that lose nothing by not meeting it, as bits.
+def connected_over_bridges(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
+    """Return for each publisher group, as bits, the subscriber groups that get its samples over bridges.
 
-    They get over bridges what it publishes, or from elsewhere all that it, as the end of a bridge, publishes anew.
+    A subscriber group also counts if it gets from elsewhere all samples that the publisher, the end of a bridge, repeats.
 
     Args:
-        topic: whose groups they are.
-        met: per publisher group the subscriber groups that it meets, as bits.
+        topic: the topic of the groups.
+        met: for each publisher group, as bits, the subscriber groups that match it.
     """
     behind = _behind(topic)
     if not behind:
@@ -47,7 +47,7 @@ def _reached_by_all_origins(
     after: Sequence[AbstractSet[int]],
     reached: Sequence[int],
 ) -> dict[int, int]:
-    """Per publisher group of ends of bridges only, what everything reaches that it publishes anew, as bits."""
+    """Return for each publisher group with ends of bridges only, as bits, what all its sources reach."""
     here = {endpoint.bridge for source in behind for endpoint in topic.subscribers[source].endpoints}
     relays = {
         index
@@ -72,7 +72,7 @@ def _reached_by_all_origins(
 
 
 def _behind(topic: MatchedTopic) -> dict[int, set[int]]:
-    """Per subscriber group that ends of bridges are in, the publisher groups that their other ends are in."""
+    """Return for each subscriber group with ends of bridges the publisher groups of their other ends."""
     ends = {
         endpoint.bridge: index
         for index, members in enumerate(topic.publishers)

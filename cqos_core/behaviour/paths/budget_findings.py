@@ -1,10 +1,10 @@
-"""What is reported of links: values that cannot be read, and loads that are more than a link carries."""
+"""Findings about links: values that cannot be read, and overload."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.paths.budgets import budgets
+from cqos_core.behaviour.paths.budgets import budgets_of_system
 from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.suggestions import listed
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 def budget_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report links that are certainly overloaded, or perhaps. Verdicts of pairs stay as they are."""
-    found = budgets(pipeline)
+    """Return findings about links that are, or may be, overloaded. Verdicts of pairs do not change."""
+    found = budgets_of_system(pipeline)
     return [
         *(core_finding("CQ811", each.message, place=each.place, help=each.help) for each in found.faults),
         *(finding for load in found.loads for finding in _of_load(load)),

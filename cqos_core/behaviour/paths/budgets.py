@@ -1,6 +1,6 @@
-"""Budgets: the bytes that topics bring about, on the wire and in histories, from stated periods and sizes.
+"""Computes budgets: the bytes of topics on the wire and in histories, from stated periods and sizes.
 
-What no fact states is left out of a certain sum, and makes the sum a lower bound.
+A missing fact is left out of a sum, so the sum is a lower bound.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from math import ceil
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.behaviour.paths.delivery_paths import Arrivals
+from cqos_core.behaviour.paths.delivery_paths import DeliveryPaths
 from cqos_core.behaviour.paths.link_facts import LinkFacts, facts_of
 from cqos_core.language.binder import bind
 from cqos_core.language.values import INFINITE, is_plain
@@ -42,20 +42,23 @@ Parts = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """What one publisher sends to subscribers that get it, or may get it.
+    """The samples that one publisher sends to its certain and possible subscribers.
 
     Attributes:
         size: bytes of a sample.
         per_second: samples of one instance in a second.
         single: the topic certainly has one instance.
-        parts: the sizes of the packets of a sample, each with how many there are; None where that is not known.
-        header: what each further piece has in front, where a packet is larger than a link takes.
-        confirmed: samples are sent with what a reliable connection needs; None where that is not known.
-        receivers: participants that certainly get all of it; `perhaps`: those that may, or get a part.
+        parts: packet sizes of a sample, each with its count; None if not known.
+        header: bytes in front of each further fragment of a packet.
+        confirmed: samples have the overhead of a reliable connection; None if not known.
+        receivers: participants that certainly get all samples.
+        perhaps: participants that may get samples, or get a part.
         unconfirmed: participants to which a lost sample is not sent again.
-        answering: participants that confirm samples; `answers`: the bytes in a second that each of them sends back.
+        answering: participants that confirm samples.
+        answers: bytes per second that each of these sends back.
         late: samples that a late joiner gets, by its participant.
-        broker: the intermediary that gets all of it first; `to_broker`: the packets of a sample on that way.
+        broker: the intermediary that gets all samples first.
+        to_broker: the packets of a sample on the way to it.
     """
 
     publisher: str
@@ -83,11 +86,11 @@ class Stream:
         return self.size * self.per_second
 
     def packets(self, mtu: int | None) -> int | None:
-        """Return how many IP packets a sample takes; None where the implementation is not known."""
+        """Return how many IP packets a sample needs; None if the implementation is not known."""
         return None if self.parts is None else sum(many * self._cuts(size, mtu) for size, many in self.parts)
 
     def bytes_of_sample(self, mtu: int | None) -> int | None:
-        """Return how many bytes of IP packets a sample takes, confirmations of readers left out."""
+        """Return the bytes of the IP packets of a sample, without confirmations of readers."""
         if self.parts is None:
             return None
         return sum(many * (size + self.header * (self._cuts(size, mtu) - 1)) for size, many in self.parts)
@@ -98,7 +101,7 @@ class Stream:
         return None if each is None else each * self.per_second
 
     def _cuts(self, size: int, mtu: int | None) -> int:
-        """Into how many IP packets a datagram is cut, or the bytes of a segment of TCP."""
+        """Return into how many IP packets a datagram or TCP segment is split."""
         if mtu is None or size <= mtu or mtu < self.header + _UNIT:
             return 1
         if self.header != _IP:
@@ -106,7 +109,7 @@ class Stream:
         return ceil((size - _IP) / ((mtu - _IP) // _UNIT * _UNIT))
 
     def towards(self, there: Collection[str]) -> Stream | None:
-        """Return what of it goes to some participants and brokers; None where nothing does."""
+        """Return the part of the stream to some participants and brokers; None if there is none."""
         if self.broker is not None and self.broker in there:
             only = frozenset((self.broker,))
             way = replace(
@@ -121,7 +124,7 @@ class Stream:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """How much an endpoint keeps at most; ``size`` in bytes, None where nothing limits it."""
+    """The most samples and bytes that an endpoint keeps; None if there is no limit."""
 
     endpoint: str
     topic: str
@@ -131,18 +134,18 @@ class History:
 
 @dataclass(frozen=True, slots=True)
 class LinkLoad:
-    """What goes over a link in one direction, in bytes a second.
+    """The load of a link in one direction, in bytes per second.
 
     Attributes:
-        link: which one.
-        facts: what is stated of it.
+        link: the link.
+        facts: its stated facts.
         inward: to its participants, else from them.
         certain: the samples that certainly go over it, once each and without headers.
-        likely: with headers, one copy for each receiver, and what confirms samples that go the other way; None where an implementation is
-            not known, or a number of instances.
-        streams: what that is.
-        lost: of best-effort topics, the part of samples that the link loses.
-        catching_up: for a late joiner, by topic, seconds until it has got what is kept for it at the least.
+        likely: with headers, a copy for each receiver, and confirmations of samples in the other direction; None if an
+            implementation or a number of instances is not known.
+        streams: the streams over it.
+        lost: the lost part of samples, by best-effort topic.
+        catching_up: the least seconds until a late joiner has all kept samples, by topic.
     """
 
     link: StatedLink
@@ -165,17 +168,17 @@ class Budgets:
     faults: tuple[LinkFault, ...]
 
     def sent(self, participant: str) -> float:
-        """Return the bytes of samples that a participant publishes in a second, once each."""
+        """Return the bytes of samples per second that a participant publishes, once each."""
         return sum(each.payload for each in self.streams if each.participant == participant)
 
     def received(self, participant: str) -> float:
-        """Return the bytes of samples that a participant gets in a second."""
+        """Return the bytes of samples per second that a participant gets."""
         return sum(each.payload for each in self.streams if participant in each.receivers)
 
 
-def budgets(pipeline: Pipeline) -> Budgets:
-    """Return what follows from the periods and sizes of a system."""
-    arrivals, meeting = Arrivals(pipeline.hops, pipeline.topics), PeerIndex(pipeline.topics)
+def budgets_of_system(pipeline: Pipeline) -> Budgets:
+    """Return the budgets of a system."""
+    arrivals, meeting = DeliveryPaths(pipeline.hops, pipeline.topics), PeerIndex(pipeline.topics)
     publishers = [each for each in pipeline.endpoints if each.role == PUBLISHER]
     streams = tuple(stream for each in publishers if (stream := _stream(each, meeting, arrivals)) is not None)
     own = [each for each in pipeline.endpoints if not each.is_copy]
@@ -194,21 +197,21 @@ def budgets(pipeline: Pipeline) -> Budgets:
 
 
 def _value(profile: QosProfile, level: str, name: str) -> Any:
-    """Return a plain value; None for any other."""
+    """Return the value of a policy; None if it is not plain."""
     index = profile.pack.find(level, name)
     value: Value = profile.values[index] if index is not None else ""
     return value if index is not None and is_plain(value) else None
 
 
 class StreamReader(NamedTuple):
-    """A subscriber that matches a publisher; ``passes``: whether samples pass, None where it is not known."""
+    """A subscriber that matches a publisher; ``passes`` is None if it is not known whether samples pass."""
 
     participant: str
     profile: QosProfile
     passes: bool | None
 
 
-def _stream(publisher: Resolved, meeting: PeerIndex, arrivals: Arrivals) -> Stream | None:
+def _stream(publisher: Resolved, meeting: PeerIndex, arrivals: DeliveryPaths) -> Stream | None:
     readers = (
         StreamReader(pair[1].endpoint.participant, arrivals.profile(pair[1]), arrivals.passes(pair))
         for pair in meeting.pairs(publisher)
@@ -217,7 +220,7 @@ def _stream(publisher: Resolved, meeting: PeerIndex, arrivals: Arrivals) -> Stre
 
 
 def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[StreamReader]) -> Stream | None:
-    """Return what a publisher with these values sends; None where its period or size is not stated."""
+    """Return the stream of a publisher with these values; None if its period or size is not stated."""
     period, size = _value(profile, "topic", "period"), _value(profile, "topic", "size")
     if not (isinstance(period, int) and isinstance(size, int) and 0 < period < INFINITE and 0 < size < INFINITE):
         return None
@@ -269,7 +272,7 @@ def stream_of(publisher: Resolved, profile: QosProfile, readers: Iterable[Stream
 def _message(
     framing: MessageFraming | None, publisher: Resolved, size: int, profile: QosProfile, reader: QosProfile
 ) -> int | None:
-    """Return the bytes of the messages of a sample; None where they are not known."""
+    """Return the bytes of the messages of a sample; None if not known."""
     if framing is None:
         return None
     return framing.message_bytes(size, publisher.shown, lambda condition: _holds(condition, profile, reader))
@@ -289,7 +292,7 @@ def _is_single(profile: QosProfile) -> bool:
 
 
 def _framing(profile: QosProfile) -> Framing | None:
-    """Return how the implementation of an endpoint sends, where that is known."""
+    """Return the framing of an endpoint's implementation, if that is known."""
     pack = profile.pack
     index = pack.find("option", pack.implementations.option) if pack.implementations.option else None
     if index is None or not is_plain(profile.values[index]):
@@ -299,7 +302,7 @@ def _framing(profile: QosProfile) -> Framing | None:
 
 
 def history_of(endpoint: Resolved, profile: QosProfile) -> History | None:
-    """Return how much an endpoint with these values keeps at most; None where the size of its samples is not stated."""
+    """Return the history of an endpoint with these values; None if the size of its samples is not stated."""
     costs, size = profile.pack.costs, _value(profile, "topic", "size")
     if not isinstance(size, int):
         return None
@@ -316,13 +319,13 @@ def history_of(endpoint: Resolved, profile: QosProfile) -> History | None:
 
 
 def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inward: bool) -> LinkLoad:
-    """Add up what goes over a link in one direction."""
+    """Return the load of a link in one direction."""
     link = facts.link
     inside = {name for name in known if any(fnmatchcase(name, each) for each in link.participants)}
     there = inside if inward else known - inside
     ways = [way for each in streams if (way := each.towards(there)) is not None and _goes(each, link)]
     over = [each for each in ways if each.receivers or each.perhaps]
-    # A period is that of a topic: several publishers may share it, some of them on this side.
+    # A period belongs to a topic: publishers on both sides may share it.
     shared = {each.topic for each in streams if each.participant in there}
     certain = sum({each.topic: each.payload for each in over if each.receivers and each.topic not in shared}.values())
     wires = [
@@ -353,7 +356,7 @@ def _goes(stream: Stream, link: StatedLink) -> bool:
 
 
 def _lost(streams: Sequence[Stream], facts: LinkFacts) -> Iterator[tuple[str, float]]:
-    """Yield of each best-effort topic the part of samples that is lost: one lost packet loses the sample."""
+    """Yield the lost part of samples of each best-effort topic: one lost packet loses the sample."""
     for each in streams:
         packets = each.packets(facts.mtu)
         if facts.loss and packets is not None and each.unconfirmed & (each.receivers | each.perhaps):
@@ -361,7 +364,7 @@ def _lost(streams: Sequence[Stream], facts: LinkFacts) -> Iterator[tuple[str, fl
 
 
 def _late(streams: Sequence[Stream], facts: LinkFacts, there: set[str]) -> Iterator[tuple[str, float]]:
-    """Yield how many seconds pass at the least until a late joiner has what is kept for it."""
+    """Yield the least seconds until a late joiner has all kept samples, by topic."""
     for each in streams:
         most = max((count for name, count in each.late if name in there), default=0)
         if most and facts.rate:

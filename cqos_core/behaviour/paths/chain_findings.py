@@ -1,4 +1,4 @@
-"""What is reported of chains: requirements that certainly fail, those that stay open, and steps that nothing reaches."""
+"""Findings about chains: requirements that fail or stay open, and steps that no data reaches."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _EXCEEDED: Final = {"max_age": "CQ803", "max_gap": "CQ804"}
 
 
 def chain_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report every requirement of a chain that does not certainly hold. Verdicts of pairs stay as they are."""
+    """Return a finding for each requirement of a chain that does not certainly hold. Verdicts of pairs do not change."""
     return [finding for times in chain_times(pipeline) for finding in _of_chain(times)]
 
 
@@ -53,7 +53,7 @@ def _exceeded(times: ChainTimes, name: str) -> Finding:
 
 
 def _open(times: ChainTimes, names: Sequence[str]) -> Finding:
-    """Report all open requirements of a chain at once: mostly one missing fact leaves them open."""
+    """Return one finding for all open requirements of a chain, because they mostly have one cause."""
     chain, last = times.chain, times.chain.steps[-1].at
     says = {"max_age": f"data at `{last}` is at most {{}} old", "max_gap": f"samples reach `{last}` within {{}}"}
     what = " and whether ".join(says[name].format(chain.settings[name].text) for name in names)
@@ -71,10 +71,10 @@ def _open(times: ChainTimes, names: Sequence[str]) -> Finding:
 
 
 def _with_hops(finding: Finding, steps: Sequence[StepTimes]) -> Finding:
-    return replace(finding, notes=tuple(described(steps)))
+    return replace(finding, notes=tuple(step_lines(steps)))
 
 
-def described(steps: Sequence[StepTimes]) -> Iterator[str]:
+def step_lines(steps: Sequence[StepTimes]) -> Iterator[str]:
     """Yield a line for each step: its times, and the age of the data after it."""
     for number, step in enumerate(steps, 1):
         over = f" over {' and '.join(f'`{each}`' for each in step.bridges)}" if step.bridges else ""

@@ -1,6 +1,6 @@
-"""Chains: how old data is after several steps, from what is certain of periods, latencies, waiting and tasks.
+"""Computes the age of data in chains, from certain bounds of periods, latencies, waits and tasks.
 
-A sum of certain bounds is certain, whatever the phases of the steps are. A bound that no fact gives stays open.
+A sum of certain bounds is certain, whatever the phases of the steps are. A bound without a fact stays open.
 """
 
 from __future__ import annotations
@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.behaviour.paths.delivery_paths import Arrivals
-from cqos_core.behaviour.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, any_of_these, read_range
+from cqos_core.behaviour.paths.delivery_paths import DeliveryPaths
+from cqos_core.behaviour.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, covering_range, read_range
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.pair_guarantees import guarantees_of, over_hops
@@ -33,7 +33,7 @@ _PERIOD: Final = "period"
 
 @dataclass(frozen=True, slots=True)
 class ChainFault:
-    """Why nothing can be said of a chain: a name or a value that is wrong, or a step that nothing reaches.
+    """A mistake in a chain: a wrong name or value, or a step that no data reaches.
 
     Attributes:
         apart: no publisher of one step reaches the next, as far as is known.
@@ -51,17 +51,18 @@ class ChainFault:
 
 @dataclass(frozen=True, slots=True)
 class StepTimes:
-    """What is certain of the time of one step.
+    """The certain time bounds of one step.
 
     Attributes:
         at: the step, as the chain names it.
-        topic: on which data arrives; empty for the first step.
-        bridges: over which it arrives.
+        topic: the topic on which data arrives; empty for the first step.
+        bridges: the bridges over which it arrives.
         latency, waits, takes: from the step before to here, from arrival to the start of the task, the task.
         gap: from one arrival's sending to the next; `low` is what the longest gap certainly is.
         age: of the data after this step.
-        missing: which times have no bound; `gap_missing`: why the gap has none.
-        assumed: on which promises the bounds rest.
+        missing: the times without an upper bound.
+        gap_missing: why the gap has no upper bound.
+        assumed: assumptions behind the bounds.
     """
 
     at: str
@@ -79,14 +80,14 @@ class StepTimes:
 
 @dataclass(frozen=True, slots=True)
 class ChainTimes:
-    """What is certain of a chain.
+    """The certain time bounds of a chain.
 
     Attributes:
-        steps: those that were followed.
+        steps: the steps that were followed.
         age: of the data after the last step.
         gap: between two samples after the last step; the longest gap is at least `low`.
-        limits: what is required: ``max_age`` and ``max_gap``, in nanoseconds, as far as stated.
-        faults: why nothing can be said.
+        limits: the stated requirements ``max_age`` and ``max_gap``, in nanoseconds.
+        faults: mistakes that exclude a result.
     """
 
     chain: Chain
@@ -97,13 +98,13 @@ class ChainTimes:
     faults: tuple[ChainFault, ...] = ()
 
     def holds(self, limit: str) -> bool | None:
-        """Whether ``max_age`` or ``max_gap`` certainly holds, True, or certainly not, False; None where that is open."""
+        """Whether ``max_age`` or ``max_gap`` certainly holds; False if it certainly does not, None if open."""
         if self.faults:
             return False if any(each.broken for each in self.faults) else None
         return self.known(limit).within((self.limits or {})[limit])
 
     def known(self, limit: str) -> TimeRange:
-        """Return the range that is set against ``max_age`` or ``max_gap``."""
+        """Return the range to compare with ``max_age`` or ``max_gap``."""
         return self.age if limit == "max_age" else self.gap
 
     def missing(self, limit: str) -> tuple[str, ...]:
@@ -117,7 +118,7 @@ class ChainTimes:
 
 
 def chain_times(pipeline: Pipeline) -> list[ChainTimes]:
-    """Return what is certain of every chain of a system, in the order of their names."""
+    """Return the time bounds of all chains of a system, by name."""
     chains = pipeline.system.chains
     if not chains:
         return []
@@ -126,7 +127,7 @@ def chain_times(pipeline: Pipeline) -> list[ChainTimes]:
 
 
 class _Arrival(NamedTuple):
-    """What one way gives: bounds, and why one is missing."""
+    """The bounds along one path, and why one is missing."""
 
     way: Way
     passes: bool | None
@@ -141,7 +142,7 @@ class _Follower:
 
     def __init__(self, pipeline: Pipeline) -> None:
         self.system = pipeline.system
-        self.arrivals = Arrivals(pipeline.hops, pipeline.topics)
+        self.arrivals = DeliveryPaths(pipeline.hops, pipeline.topics)
         self.of = grouped(
             (name, each) for each in pipeline.endpoints for name in {each.endpoint.participant, each.id, each.stated_id}
         )
@@ -173,7 +174,7 @@ class _Follower:
         return ChainTimes(chain, tuple(steps), last.age, gap, limits)
 
     def step(self, chain: Chain, before: ChainStep, step: ChainStep, *, last: bool) -> StepTimes | ChainFault:
-        """Return what is certain of one step, its age left out."""
+        """Return the time bounds of one step without its age, or the mistake."""
         ways = [*self.ways(before, step)]
         if not ways:
             return self.apart(chain, before, step)
@@ -189,7 +190,7 @@ class _Follower:
         return _step_times(step, topics[0], arriving, last=last)
 
     def ways(self, before: ChainStep, step: ChainStep) -> Iterator[Way]:
-        """Yield the ways from one step to the next."""
+        """Yield the paths from one step to the next."""
         wanted = {each.id for each in self.ends(step.at, SUBSCRIBER)}
         for publisher in self.ends(before.at, PUBLISHER):
             for name, ways in self.arrivals.ways(publisher).items():
@@ -201,7 +202,7 @@ class _Follower:
                         yield way
 
     def ends(self, name: str, role: str) -> list[Resolved]:
-        """Return the endpoints of a role at a step; those of its participant where the step names one of the other role."""
+        """Return the endpoints of a role at a step; if the step names an endpoint of the other role, those of its participant."""
         named = self.of.get(name, [])
         own = [each for each in named if each.role == role]
         if own or not named or name in self.system.participants:
@@ -209,7 +210,7 @@ class _Follower:
         return [each for each in self.of[named[0].endpoint.participant] if each.role == role]
 
     def apart(self, chain: Chain, before: ChainStep, step: ChainStep) -> ChainFault:
-        """Say that nothing gets from one step to the next; in a part of a system that is not certain."""
+        """Return the mistake that no data gets from one step to the next; in a part of a system it is uncertain."""
         on = f" on topic `{step.topic}`" if step.topic else ""
         message = f"chain `{chain.name}`: nothing that `{before.at}` publishes reaches `{step.at}`{on}"
         names = (before.at, step.at)
@@ -222,7 +223,7 @@ class _Follower:
         return ChainFault(message, step.place, advice, apart=True, broken=certain)
 
     def arrival(self, way: Way) -> _Arrival:
-        """Return what a way gives."""
+        """Return the bounds along a path."""
         pairs: list[Pair] = [each for each in way if not isinstance(each, Hop)]
         carried = all(each.carries_liveliness for each in way if isinstance(each, Hop))
         given = [guarantees_of(*(self.arrivals.profile(end) for end in pair)) for pair in pairs]
@@ -232,7 +233,7 @@ class _Follower:
         bound = gap.value if gap is not None and gap.value is not None and not gap.nothing else None
         period = self.period(pairs[-1][0])
         exact = period is not None and bound is not None and bound >= period
-        # What is kept for a while somewhere on the way may be under way for longer than that.
+        # A publisher without lifespan may keep samples for any time.
         living = all(publisher.pack.timing.lifespan for publisher, _ in pairs)
         return _Arrival(
             way,
@@ -251,7 +252,7 @@ class _Follower:
 
 
 def _unreadable(chain: Chain) -> Iterator[ChainFault]:
-    """Yield a fault for each value that is none."""
+    """Yield a fault for each value that cannot be read."""
     for step in chain.steps:
         for name, setting in step.settings.items():
             if isinstance(fault := _range_of(setting), InvalidValueError):
@@ -276,13 +277,13 @@ def _range_of(setting: Setting | None) -> TimeRange | InvalidValueError:
 
 
 def _stated(step: ChainStep, name: str) -> TimeRange | None:
-    """The stated range of a step; None where it states none."""
+    """Return a stated range of a step; None if it is not stated."""
     found = _range_of(step.settings[name]) if name in step.settings else None
     return None if isinstance(found, InvalidValueError) else found
 
 
 def _topic(way: Way) -> str:
-    """The name on which a way begins, and the one on which it ends where that is another one."""
+    """Return the topic of a path; both topics if it ends on another one."""
     first, last = way[0][0].shown, way[-1][1].shown  # type: ignore[index]
     return first if first == last else f"{first} … {last}"
 
@@ -294,14 +295,14 @@ def _first(step: ChainStep) -> StepTimes:
 
 
 def _step_times(step: ChainStep, topic: str, arriving: Sequence[_Arrival], *, last: bool) -> StepTimes:
-    """Put the ways to one step together."""
+    """Combine the paths to one step."""
     doubtful = any(each.passes is None for each in arriving)
-    gap = any_of_these([each.gap for each in arriving])
+    gap = covering_range([each.gap for each in arriving])
     gap = TimeRange(gap.low if len(arriving) == 1 else 0, None if doubtful else gap.high)
     latency = _stated(step, "latency")
     assumed: list[str] = []
     if latency is None:
-        latency = any_of_these([TimeRange(0, each.age) for each in arriving])
+        latency = covering_range([TimeRange(0, each.age) for each in arriving])
         if latency.high is not None:
             assumed.append(f"the clocks at both ends of `{topic}` agree")
     waits, takes = _stated(step, "waits"), _stated(step, "takes") or (NO_TIME if last else ANY_TIME)
@@ -333,7 +334,7 @@ def _step_times(step: ChainStep, topic: str, arriving: Sequence[_Arrival], *, la
 def _why_open(
     step: ChainStep, topic: str, gap: TimeRange, arriving: Sequence[_Arrival], *, doubtful: bool
 ) -> Iterator[str]:
-    """Say why nothing bounds the time between two samples."""
+    """Yield why the gap between two samples has no upper bound."""
     if gap.high is None:
         reasons = [*dict.fromkeys(reason for each in arriving for reason in each.lost)]
         why = "whether its pairs are compatible is unknown" if doubtful else "; ".join(reasons)

@@ -1,4 +1,4 @@
-"""The ways that samples of a publisher take to subscriptions: straight, and over bridges."""
+"""Paths of samples from a publisher to subscriptions, direct and over bridges."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ if TYPE_CHECKING:
 
 Pair = tuple["Resolved", "Resolved"]
 Way = list["Pair | Hop"]
-"""Pairs and hops in turn."""
+"""Pairs and hops in alternation."""
 DUPLICATE_FREE: Final = "duplicate_free"
-"""The word that says that nothing arrives twice."""
+"""The guarantee that no sample arrives twice."""
 TAKES_BACK: Final = "own"
-"""What a bridge carries that gets back what it published itself."""
+"""The word in `carries` of a bridge that takes its own samples back."""
 _MOST: Final = 2
-"""So many ways to one place are followed: whether there are several matters, not how many."""
+"""The most paths to one subscription that are followed: it only matters whether there are several."""
 
 
-class Arrivals:
-    """Finds the ways between endpoints of a system whose bridges are resolved."""
+class DeliveryPaths:
+    """Finds the paths between endpoints of a system with resolved bridges."""
 
     def __init__(self, hops: Sequence[Hop], by_topic: Topics) -> None:
-        """Find who meets whom; both arguments are what `linked` returns."""
+        """Take hops and topics, as `linked` returns them."""
         self._meeting = PeerIndex(by_topic)
         self._by_source = {hop.source.id: hop for hop in hops}
         self._met: dict[str, dict[str, Pair]] = {}
         self._settled: dict[int, dict[int, QosProfile]] = {}
 
     def ways(self, publisher: Resolved, passing: Collection[bool | None] | None = None) -> dict[str, list[Way]]:
-        """Return the two shortest ways to each subscription that a publisher reaches, by the id of that.
+        """Return the two shortest paths to each subscription that a publisher reaches, by its id.
 
         Args:
             publisher: where they begin.
-            passing: lead over pairs only that samples pass for sure, True, or perhaps, None, and over no bridge that would
-                take back what it publishes itself; else over all who meet.
+            passing: use only pairs that samples certainly (True) or possibly (None) pass, and no bridge that would take its
+                own samples back; without it, use all matching pairs.
         """
         found: dict[str, list[Way]] = {}
         through: dict[Hop, int] = {}
@@ -67,25 +67,25 @@ class Arrivals:
         return found
 
     def repeats(self, publisher: Resolved) -> dict[str, tuple[bool, list[Way]]]:
-        """Return at which subscriptions one sample arrives twice: whether that is certain, and over which ways."""
+        """Return the subscriptions at which a sample arrives twice: whether that is certain, and the paths."""
         sure = {name: ways for name, ways in self.ways(publisher, {True}).items() if len(ways) == _MOST}
         perhaps = {name: ways for name, ways in self.ways(publisher, {True, None}).items() if len(ways) == _MOST}
         return {name: (name in sure, sure.get(name, ways)) for name, ways in perhaps.items()}
 
     def _pairs(self, publisher: Resolved) -> dict[str, Pair]:
-        """The pairs of a publisher by the id of the subscription."""
+        """Return the pairs of a publisher by the id of the subscription."""
         found = self._met.get(publisher.id)
         if found is None:
             found = self._met[publisher.id] = {pair[1].id: pair for pair in self._meeting.pairs(publisher)}
         return found
 
     def passes(self, pair: Pair) -> bool | None:
-        """Whether samples pass between two that meet, and over other ways too; None where it is not known."""
+        """Whether samples pass a matching pair; None if not known."""
         publisher, subscriber = pair
         return samples_pass(self.profile(publisher), self.profile(subscriber))
 
     def profile(self, endpoint: Resolved) -> QosProfile:
-        """The values of an endpoint, those from its peers too."""
+        """Return the values of an endpoint, with those from its peers."""
         beside = self._meeting.beside(endpoint)
         found = self._settled.get(id(beside))
         if found is None:
@@ -94,7 +94,7 @@ class Arrivals:
 
 
 def samples_pass(publisher: QosProfile, subscriber: QosProfile) -> bool | None:
-    """Whether samples pass between two settled profiles that meet; None where it is not known."""
+    """Whether samples pass between two settled profiles that match; None if not known."""
     if any(subscriber.values[index] == value for index, value in subscriber.pack.one_way):
         return False
     refusals = [
@@ -108,7 +108,7 @@ def samples_pass(publisher: QosProfile, subscriber: QosProfile) -> bool | None:
 
 
 def repetition(publisher: str, at: str, ways: Sequence[Way], *, sure: bool) -> str:
-    """Say over which two ways the samples of a publisher arrive."""
+    """Return in words over which two paths the samples of a publisher arrive."""
     one, other = (_described(way) for way in ways)
     return f"what `{publisher}` publishes {'arrives' if sure else 'may arrive'} at {at} twice: {one}, and {other}"
 

@@ -1,4 +1,4 @@
-"""What changes of values multiply: memory of histories, and traffic of a topic."""
+"""Growth of memory and traffic that a change of values causes."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ if TYPE_CHECKING:
     Profiles = Mapping[int, QosProfile]
 
 LEAST_FACTOR: Final = 2.0
-"""A smaller growth is not named."""
+"""A smaller growth is not reported."""
 _MOST_PAIRS: Final = 500
-"""Pairs of groups that are asked for the traffic of one topic; of more it is not known."""
+"""The most pairs of groups for which the traffic of a topic is computed."""
 
 
 class Memory(NamedTuple):
-    """What histories keep at most; ``size`` in bytes, None where nothing limits it."""
+    """The most bytes that histories keep, None without limit, and the number of their endpoints."""
 
     size: int | None
     endpoints: int
 
 
 class Traffic(NamedTuple):
-    """Bytes a second on a topic, with a copy for each receiver: at least, and at most."""
+    """The least and most bytes per second on a topic, with a copy for each receiver."""
 
     least: float
     most: float
 
 
 def memory_of(groups: Iterable[EndpointGroup], profiles: Profiles) -> Memory | None:
-    """Return what endpoints keep with other profiles, by the identity of their group; None where a size is not stated."""
+    """Return the memory of endpoints with other profiles, given by the identity of their group; None if no size is stated."""
     total, count, limited = 0, 0, True
     for members in groups:
         own = [each for each in members.endpoints if not each.is_copy]
@@ -53,9 +53,9 @@ def memory_of(groups: Iterable[EndpointGroup], profiles: Profiles) -> Memory | N
 
 
 def traffic_of(topic: MatchedTopic, profiles: Profiles) -> Traffic | None:
-    """Return the traffic of a topic with other profiles of groups; None where its period or size is not stated.
+    """Return the traffic of a topic with other profiles of groups; None if its period or size is not stated.
 
-    With headers where the implementation of all publishers is known, else the samples alone.
+    It includes headers if the implementations of all publishers are known.
     """
     if len(topic.publishers) * len(topic.subscribers) > _MOST_PAIRS:
         return None
@@ -84,10 +84,12 @@ def _readers(groups: Sequence[EndpointGroup], publisher: QosProfile, profiles: P
             yield from (StreamReader(each.endpoint.participant, profile, passes) for each in members.endpoints)
 
 
-def grown(topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profiles, after: Profiles) -> tuple[str, ...]:
-    """Return in words what a change of the profiles of groups certainly multiplies: ``multiplies memory by 100: …``.
+def growth_in_words(
+    topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profiles, after: Profiles
+) -> tuple[str, ...]:
+    """Return in words the certain growth by a change of profiles: ``multiplies memory by 100: …``.
 
-    Nothing where a fact is absent, and nothing of traffic where none flowed before.
+    The result is empty if a fact is missing. Traffic is left out if there was none before.
     """
     found = []
     kept = memory_of(changing, before)
@@ -106,7 +108,7 @@ def grown(topic: MatchedTopic, changing: Sequence[EndpointGroup], before: Profil
 
 
 def memory_growth(before: Memory, after: Memory) -> str:
-    """Return in words what a growth of histories amounts to; nothing where it is small."""
+    """Return a growth of histories in words; empty if it is small."""
     if before.size is None or before.size == 0:
         return ""
     several = f" of {plural(after.endpoints, 'endpoint')}" if after.endpoints > 1 else ""

@@ -1,4 +1,4 @@
-"""What is stated of links: rates, losses and sizes, read from their text."""
+"""Reads the stated facts of links: rate, loss, MTU and round trip."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class LinkFault:
 
 @dataclass(frozen=True, slots=True)
 class LinkFacts:
-    """What is known of a link; None where it is not stated.
+    """The stated facts of a link; None if not stated.
 
     Attributes:
         rate: bytes a second, in each direction.
@@ -52,7 +52,7 @@ class LinkFacts:
 
 
 def facts_of(link: StatedLink) -> LinkFacts:
-    """Read what a link states; a value that is not known, or cannot be read, counts as not stated."""
+    """Return the facts of a link; a value that is unknown or cannot be read counts as not stated."""
     found: dict[str, float] = {}
     faults = []
     for name, setting in link.settings.items():
@@ -116,7 +116,7 @@ def size_text(size: float) -> str:
 
 
 def _with_letter(number: float) -> str:
-    """Return three digits of a number, with a letter for its size."""
+    """Return a number with three digits and a letter for its magnitude."""
     factor, letter = next(((many, name) for many, name in _LETTERS if number >= many), (1, ""))
     return f"{number / factor:{'.3g' if number < _THREE_DIGITS * factor else '.0f'}}{letter}"
 

@@ -1,4 +1,4 @@
-"""Ranges of time: what is certain of a duration that is not known exactly."""
+"""Ranges of durations that are not known exactly."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _RANGE: Final = re.compile(r"(?P<sign><=|>=|≤|≥)?(?P<first>.*?)(\.\.(?P<last
 
 
 class TimeRange(NamedTuple):
-    """From ``low`` to ``high`` nanoseconds; ``high`` is None where nothing bounds it."""
+    """From ``low`` to ``high`` nanoseconds; ``high`` is None if there is no upper bound."""
 
     low: int = 0
     high: int | None = None
@@ -28,17 +28,17 @@ class TimeRange(NamedTuple):
 
     @property
     def spread(self) -> TimeRange:
-        """By how much two values of the range may differ."""
+        """The range of the difference of two values."""
         return TimeRange(0, None if self.high is None else self.high - self.low)
 
     def within(self, limit: int) -> bool | None:
-        """Whether all values are at most ``limit``: True, or False where none is; None where that is open."""
+        """Whether all values are at most ``limit``; False if none is, None if only some are."""
         if self.high is not None and self.high <= limit:
             return True
         return False if self.low > limit else None
 
     def __str__(self) -> str:
-        """``5ms to 20ms``, ``20ms``, ``5ms or more``, ``not known``."""
+        """Return ``5ms to 20ms``, ``20ms``, ``5ms or more`` or ``not known``."""
         low = DURATION.format(self.low)
         if self.high is None:
             return f"{low} or more" if self.low else "not known"
@@ -49,8 +49,8 @@ ANY_TIME: Final = TimeRange()
 NO_TIME: Final = TimeRange(0, 0)
 
 
-def any_of_these(ranges: Iterable[TimeRange]) -> TimeRange:
-    """Return the range that covers several; there is at least one."""
+def covering_range(ranges: Iterable[TimeRange]) -> TimeRange:
+    """Return the smallest range that covers some ranges, of which there is at least one."""
     lows, highs = zip(*ranges, strict=True)
     return TimeRange(min(lows), None if None in highs else max(highs))
 
@@ -59,7 +59,7 @@ def read_range(text: str) -> TimeRange:
     """Read ``<=20ms``, ``>=5ms``, ``5ms..20ms`` or ``20ms``.
 
     Raises:
-        InvalidValueError: it is none of these.
+        InvalidValueError: it is no range.
     """
     found = _RANGE.fullmatch(text.strip())
     if found is None or (found["sign"] and found["last"] is not None):

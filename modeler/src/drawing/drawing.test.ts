@@ -16,9 +16,9 @@ import type { Definitions, ModdleElement } from '../moddle';
 import { is, parts, text, type Diagram, type Shape, type Step } from './diagram';
 import { chooseSignal, createSignal, protocolOf, protocolSteps, renameSignal, roleOf, signalDefinitions, signalOf, usesOf } from './events';
 import { fixSteps } from './fixes';
-import { convertSteps, foreignOf } from './foreign';
+import { convertSteps, foreignOf } from './foreign_settings';
 import { settingsOf, wordFor } from './form';
-import { attributeStore, children, elementStore } from './stores';
+import { attributeStore, children, elementStore } from './setting_stores';
 
 const DESCRIPTOR = {
   name: 'test',

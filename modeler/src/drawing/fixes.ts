@@ -4,7 +4,7 @@ import type { DrawnForm, Pack } from '../gen/cqos/v1/catalogue_pb';
 import type { Edit, Remedy } from '../gen/cqos/v1/report_pb';
 import type { ModdleElement } from '../moddle';
 import { text, type Diagram, type Step } from './diagram';
-import { childAt, type Owner } from './stores';
+import { childAt, type Owner } from './setting_stores';
 
 /** Return the steps of a fix, or undefined if it changes other documents or has no form in the drawing. */
 export function fixSteps(

@@ -7,7 +7,7 @@ import { definitionsOf } from '../canvas';
 import { isDefinitions, type Moddle } from '../moddle';
 import { NEW_DIAGRAM } from '../new_diagram';
 import { decode, encode, encodingOf, isWritable, UTF_8, type Encoding } from './encoding';
-import { normalise } from './normalise';
+import { bindPrefix } from './prefixes';
 import { layOut, type Maker } from './layout';
 import { difference, patch } from './patch';
 import type { Place } from './place';
@@ -101,7 +101,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, changed
 
   async function open(source: Source): Promise<Imported> {
     const file = source.bytes === null || source.bytes.length === 0 ? NEW_DIAGRAM : decode(source.bytes);
-    const normal = binding === null ? null : normalise(file, binding.prefix, binding.namespace);
+    const normal = binding === null ? null : bindPrefix(file, binding.prefix, binding.namespace);
     const original = normal?.text ?? file;
     const before = state.revision === 0 ? null : await written(modeler);
     let warnings: readonly unknown[];

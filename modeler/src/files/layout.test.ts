@@ -4,7 +4,7 @@ import { describe, expect, it } from 'vitest';
 import type { Definitions, ModdleElement } from '../moddle';
 import { layOut, list, type Maker } from './layout';
 import { addPools, undrawnOf, undrawnWords } from './pools';
-import type { Box } from './routes';
+import type { Box } from './edge_routes';
 
 const HEAD = '<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" id="Definitions">';
 const moddle = new BpmnModdle({}) as unknown as Maker;

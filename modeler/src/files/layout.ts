@@ -1,7 +1,7 @@
 /** Gives a model without diagram interchange a drawing: pools below each other, elements from left to right as they follow. */
 
 import type { Definitions, Moddle, ModdleElement } from '../moddle';
-import { route, type Box } from './routes';
+import { route, type Box } from './edge_routes';
 
 /** The part of moddle that makes elements. */
 export interface Maker extends Moddle {

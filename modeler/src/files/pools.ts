@@ -2,7 +2,7 @@
 
 import type { Definitions, ModdleElement } from '../moddle';
 import { drawingOf, list, nodesOf, placePools, type Boxes, type Maker } from './layout';
-import type { Box } from './routes';
+import type { Box } from './edge_routes';
 
 /** What stands in a file and not in its drawing, by names. */
 export interface Undrawn {

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 
 import { decode, encode, encodingOf, isWritable } from './encoding';
-import { normalise } from './normalise';
+import { bindPrefix } from './prefixes';
 
 const bytes = (...each: number[]): Uint8Array => Uint8Array.from(each);
 
@@ -71,7 +71,7 @@ describe('the bytes of a file', () => {
 describe('a prefix that is bound to another namespace', () => {
   it('is bound to the right one, and nothing else changes', () => {
     const text = `<a xmlns='urn:a'\n  xmlns:q='urn:other' q:x="urn:other"/>`;
-    expect(normalise(text, 'q', 'urn:q')).toEqual({
+    expect(bindPrefix(text, 'q', 'urn:q')).toEqual({
       text: `<a xmlns='urn:a'\n  xmlns:q="urn:q" q:x="urn:other"/>`,
       bound: 'urn:other',
     });
@@ -83,6 +83,6 @@ describe('a prefix that is bound to another namespace', () => {
     ['stands beside another for the namespace', '<a xmlns:q="urn:other" xmlns:r="urn:q"/>'],
     ['is in a text that is no XML', '<a xmlns:q="urn:other"'],
   ])('stays where it %s', (_name, text) => {
-    expect(normalise(text, 'q', 'urn:q')).toBeNull();
+    expect(bindPrefix(text, 'q', 'urn:q')).toBeNull();
   });
 });

@@ -1,12 +1,12 @@
 /** Known exceptions: a finding accepted at an event, with its reason. */
 
-import { changeChildren, child } from '../drawing/stores';
+import { changeChildren, child } from '../drawing/setting_stores';
 import { wordFor } from '../drawing/form';
 import { ownerOf } from '../drawing/fixes';
 import { DrawnMeaning, DrawnOwnerKind } from '../gen/cqos/v1/catalogue_pb';
 import type { Finding } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
-import { nextId } from '../layout/tip';
+import { nextId } from '../layout/tooltip';
 import type { Page } from '../page';
 import type { View } from './view';
 

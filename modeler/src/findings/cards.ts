@@ -8,7 +8,7 @@ import { sign } from '../layout/signs';
 import type { Page } from '../page';
 import { acceptForm } from './accept';
 import { fullName, type View } from './view';
-import { factText, messageOf, originWords, remedyNotes, remedyText, severitySign, severityWord } from './words';
+import { factText, messageOf, originWords, remedyNotes, remedyText, severitySign, severityWord } from './finding_text';
 
 /** The finding in one line: severity, message, code. `short` says only what it is about. */
 export function summary(page: Page, view: View, finding: Finding, short = false): HTMLElement[] {

@@ -6,7 +6,7 @@ import { make } from '../layout/dom';
 import { sign, type SignName } from '../layout/signs';
 import type { Page } from '../page';
 import { STATE_WORDS, isAccepted, type ElementView, type State, type View } from './view';
-import { counted } from './words';
+import { counted } from './finding_text';
 
 const ICONS: Readonly<Record<State, SignName>> = {
   incompatible: 'incompatible',

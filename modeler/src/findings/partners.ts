@@ -8,7 +8,7 @@ import { sign } from '../layout/signs';
 import type { Page } from '../page';
 import { memberLink } from './cards';
 import { stateSign } from './markers';
-import { similarTopics } from './similar';
+import { similarTopics } from './similar_topics';
 import { STATE_WORDS, fullName, partnersOf, stateOfVerdict, type ElementView, type EndpointView, type View } from './view';
 
 interface OtherProtocol {

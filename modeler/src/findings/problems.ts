@@ -3,12 +3,12 @@
 import { Severity, type Finding } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
 import { sign } from '../layout/signs';
-import { nextId } from '../layout/tip';
+import { nextId } from '../layout/tooltip';
 import type { Page } from '../page';
-import type { LiveState } from '../service/live';
+import type { LiveState } from '../service/live_check';
 import { details, summary } from './cards';
 import type { View } from './view';
-import { SEVERITIES, counted, severitySign, severityWord } from './words';
+import { SEVERITIES, counted, severitySign, severityWord } from './finding_text';
 
 export interface Problems {
   show(view: View): void;

@@ -3,12 +3,12 @@ import { describe, expect, it } from 'vitest';
 
 import { DescribedEndpointSchema, DescribedParticipantSchema } from '../gen/cqos/v1/check_pb';
 import { FindingSchema, GroupSchema, RemedySchema, ReportSchema, Role, Severity, Verdict } from '../gen/cqos/v1/report_pb';
-import type { Checked } from '../service/live';
+import type { Checked } from '../service/live_check';
 import { marksOf } from './markers';
-import { similarTopics } from './similar';
+import { similarTopics } from './similar_topics';
 import { topicsOf } from './topics';
 import { fullName, partnersOf, viewOf } from './view';
-import { factText, remedyNotes } from './words';
+import { factText, remedyNotes } from './finding_text';
 
 const NAME = 'drawing.bpmn';
 

@@ -1,9 +1,9 @@
-/** What a report means for the elements of a drawing. */
+/** Assigns endpoints, verdicts and findings of a report to elements of the drawing. */
 
 import type { DescribedEndpoint } from '../gen/cqos/v1/check_pb';
 import { Role, Severity, Verdict, type Finding, type Group, type Place } from '../gen/cqos/v1/report_pb';
-import type { Checked } from '../service/live';
-import { withoutEarly } from './early';
+import type { Checked } from '../service/live_check';
+import { withoutPremature } from './premature_findings';
 
 /** How an event stands, worst first. `error` concerns the event itself, not a pair; `unmatched` has no partner. */
 export const STATES = ['incompatible', 'error', 'unknown', 'unmatched', 'compatible'] as const;
@@ -73,7 +73,7 @@ export interface View {
 export function viewOf(checked: Checked, name: string, fresh: ReadonlySet<string> = new Set()): View {
   const groups = byMember(checked.report.groups, (group) => [...group.publishers, ...group.subscribers]);
   const isFreshAt = (place: Place | undefined): boolean => place?.source === name && fresh.has(place.element ?? '');
-  const shown = withoutEarly(checked.report, {
+  const shown = withoutPremature(checked.report, {
     hasEndpoints: checked.endpoints.size > 0,
     isFresh: ({ members, place }, finding) =>
       members.length === 0

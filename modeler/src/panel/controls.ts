@@ -3,7 +3,7 @@
 import { ValueKind } from '../gen/cqos/v1/catalogue_pb';
 import { make } from '../layout/dom';
 import type { Setting } from '../drawing/form';
-import { nextId } from '../layout/tip';
+import { nextId } from '../layout/tooltip';
 import {
   UNITS,
   duration,

@@ -5,9 +5,9 @@ import { make } from '../layout/dom';
 import { controlFor } from './controls';
 import type { Setting } from '../drawing/form';
 import { sign } from '../layout/signs';
-import { describe, nextId } from '../layout/tip';
+import { describe, nextId } from '../layout/tooltip';
 import type { Spelling } from '../drawing/values';
-import { watchTyping } from './typing';
+import { watchUncommittedText } from './uncommitted_text';
 
 /** What a field shows. */
 export interface Shown {
@@ -62,7 +62,7 @@ export function createField(
   const row = make('div', { class: 'field-control' }, control.element);
   const element = make('div', { class: 'field', 'data-policy': policy.name }, name, row, origin, error, doc);
   let last = '';
-  const isTyping = watchTyping(element);
+  const isTyping = watchUncommittedText(element);
   describe(head, [policy.doc, policy.kindValue === ValueKind.CHOICE ? '' : `Valid: ${policy.expected}.`, clauseOf(policy)]);
   return {
     policy: policy.name,

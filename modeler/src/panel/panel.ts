@@ -5,13 +5,13 @@ import { add, POOL, PUBLISHER, SUBSCRIBER, type Kind } from '../canvas_keys';
 import { is, part, type Shape } from '../drawing/diagram';
 import { protocolOf, signalDefinitions, signalOf } from '../drawing/events';
 import { button, make } from '../layout/dom';
-import { hideTip } from '../layout/tip';
+import { hideTooltip } from '../layout/tooltip';
 import type { Page } from '../page';
 import { offerSignals } from './context_pad';
-import { packOf } from './convert';
-import { eventSections, modelSections, poolSections, titleOf } from './owners';
+import { packOf } from './conversion';
+import { eventSections, modelSections, poolSections, titleOf } from './element_sections';
 import type { Section } from './settings';
-import { watchTyping } from './typing';
+import { watchUncommittedText } from './uncommitted_text';
 
 export interface Panel {
   /** Show the selected element, the model and the last answer as they are now. */
@@ -27,10 +27,10 @@ export function createPanel(page: Page): Panel {
   let bound: unknown;
   let owner = '';
   let withheld = false;
-  const isTyping = watchTyping(region);
+  const isTyping = watchUncommittedText(region);
 
   function draw(shape: Shape, pack: Pack | undefined): void {
-    hideTip();
+    hideTooltip();
     const { kind, name } = titleOf(page, shape);
     const head = make('header', { class: 'panel-head' }, make('p', { class: 'kind' }, kind), make('h2', {}, name || 'Unnamed'));
     sections = sectionsOf(page, shape, pack);

@@ -3,14 +3,14 @@
 import type { Pack } from '../gen/cqos/v1/catalogue_pb';
 import { OriginKind, Role, Severity, type Fact, type Finding, type Side } from '../gen/cqos/v1/report_pb';
 import type { Setting } from '../drawing/form';
-import type { Store } from '../drawing/stores';
+import type { Store } from '../drawing/setting_stores';
 import { canonical, spellingOf } from '../drawing/values';
 import { fullName, type EndpointView } from '../findings/view';
-import { factText, messageOf, originWords } from '../findings/words';
+import { factText, messageOf, originWords } from '../findings/finding_text';
 import { make } from '../layout/dom';
 import type { Page } from '../page';
 import { createField, type Field, type Shown } from './fields';
-import { folded } from './folded';
+import { foldElement } from './fold';
 
 /** A part of the panel. */
 export interface Section {
@@ -44,7 +44,7 @@ export function settingsSection(page: Page, subject: Subject, settings: readonly
   element.append(...headed(subject.pack, plain));
   let fold: { element: HTMLElement; count(stated: number): void } | undefined;
   if (advanced.length > 0) {
-    fold = folded('Advanced', ...headed(subject.pack, advanced));
+    fold = foldElement('Advanced', ...headed(subject.pack, advanced));
     element.append(fold.element);
   }
   return {

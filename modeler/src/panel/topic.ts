@@ -4,9 +4,9 @@ import type { ModdleElement } from '../moddle';
 import { text, type Shape, type Step } from '../drawing/diagram';
 import { labelSteps, renameSignal, signalOf, signalsOf, topicSteps, usesOf } from '../drawing/events';
 import { button, make } from '../layout/dom';
-import { nextId } from '../layout/tip';
+import { nextId } from '../layout/tooltip';
 import type { Page } from '../page';
-import { labelled } from './choices';
+import { labelled } from './choice_sections';
 import type { Section } from './settings';
 
 /** Make the section of one signal definition of an event. */

@@ -5,7 +5,7 @@ import pytest
 from cqos_core import INFINITE, CqosError, PairReport, check_pair
 from cqos_dds.kinds import Representations, choice, duration
 from cqos_dds.pack import PACK
-from tests.explained import side
+from tests.explained_values import side
 
 P, T, G, W, R = "participant", "topic", "publisher subscriber", "writer", "reader"
 TABLE = {

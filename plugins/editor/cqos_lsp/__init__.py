@@ -1,4 +1,4 @@
-"""The language server of C-QoS. Here is only the hook; everything else is imported when the server starts."""
+"""The language server of C-QoS. This module only has the hook; the rest is imported when the server starts."""
 
 from __future__ import annotations
 

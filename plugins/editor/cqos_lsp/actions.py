@@ -1,4 +1,4 @@
-"""Code actions: the fixes of findings as changes of the open texts, and the comment that accepts a finding where it stands."""
+"""Code actions: fixes of findings, and the comment that accepts a finding."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from lsprotocol.types import CodeAction, CodeActionKind, Range, TextEdit, WorkspaceEdit
 
-from cqos_core.files.applying import replacements_of
-from cqos_core.formatters import wording
+from cqos_core.files.edited_files import replacements_of
+from cqos_core.formatters import phrases
 from cqos_core.importers.format_detection import claims_yaml
 from cqos_lsp.diagnostics import shown_findings, uri_of
-from cqos_lsp.positions import lines_of, where
+from cqos_lsp.positions import lines_of, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lsprotocol.types import Diagnostic
 
     from cqos_core.model.finding import Finding, Remedy
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.positions import Units
 
 
@@ -34,13 +34,13 @@ def actions(
     *,
     notes: bool,
 ) -> list[CodeAction]:
-    """Return what fixes the findings that stand in a range, the smallest fix of each first.
+    """Return the actions for findings in a range: their fixes, the smallest first, and their acceptance.
 
     Args:
-        analysis: of the text as it is.
+        analysis: of the present text.
         path: of the document.
         extent: the range.
-        given: the diagnostics of the editor; each action names that which it fixes.
+        given: the diagnostics of the editor; each action names the ones that it fixes.
         units: how columns are counted.
         uris: how the client calls its open documents.
         notes: whether findings of severity note are shown.
@@ -55,7 +55,7 @@ def actions(
             edit = _edit(remedy, analysis, units, uris)
             if edit is not None:
                 preferred = remedy is best
-                title = f"{finding.code}: {wording.fix(remedy)}"
+                title = f"{finding.code}: {phrases.fix(remedy)}"
                 found.append(CodeAction(title, CodeActionKind.QuickFix, fixed, is_preferred=preferred, edit=edit))
         found += _acceptance(finding, fixed, analysis, units, uris)
     return found
@@ -70,7 +70,7 @@ def _touches(finding: Finding, path: str, extent: Range, analysis: Analysis, uni
 
 
 def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, str]) -> WorkspaceEdit | None:
-    """Return a fix as changes of texts; None where one of its edits cannot be applied."""
+    """Return a fix as text edits; None if one of its edits cannot be applied."""
     changes = {
         uri_of(name, uris): [
             TextEdit(units.replaced(lines_of(analysis.sources[name]), change), change.text) for change in changed
@@ -83,8 +83,8 @@ def _edit(remedy: Remedy, analysis: Analysis, units: Units, uris: Mapping[str, s
 def _acceptance(
     finding: Finding, fixed: list[Diagnostic], analysis: Analysis, units: Units, uris: Mapping[str, str]
 ) -> Iterator[CodeAction]:
-    """Yield the comment that accepts a finding, without the reason: until a person writes one, C-QoS asks for it."""
-    found = where(finding.place, analysis.sources)
+    """Yield the action that adds an accepting comment; the person has to write the reason."""
+    found = located(finding.place, analysis.sources)
     if found is None or not finding.endpoints or not claims_yaml(found[0], analysis.sources[found[0]]):
         return
     source, line, *_ = found

@@ -8,8 +8,8 @@ import sys
 
 import click
 
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.cli.parameters import debug_option
-from cqos_core.cli.refusals import RefusedError
 
 
 @click.command(epilog="Exit codes: 0 ended by the editor; 2 wrong usage.")
@@ -29,7 +29,7 @@ def lsp(*, stdio: bool, trace: str | None) -> None:
     else:
         logging.disable(logging.CRITICAL)  # pygls would print tracebacks on standard error
     if sys.stdin is None or sys.stdin.isatty():
-        raise RefusedError(
+        raise WrongUsageError(
             "`cqos lsp` is started by an editor, which talks to it on standard input",
             "set up the editor as docs/editors.md says",
         )

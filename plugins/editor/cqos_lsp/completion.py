@@ -1,4 +1,4 @@
-"""Completion: the words of the schema for the protocols in force, and the names of the system."""
+"""Completion of words of the schema, and of names of the system."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from cqos_core.model.system import MESSAGE
 from cqos_lsp.cursor import toml_cursor, yaml_cursor
 from cqos_lsp.names import kind_of_key, kind_of_value, names_of
 from cqos_lsp.projects import is_configuration, is_pack
-from cqos_lsp.words import (
+from cqos_lsp.schema_words import (
     Word,
     keys_at,
     schema_of_configurations,
@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.packs.pack import RulePack
-    from cqos_lsp.checking import Analysis
     from cqos_lsp.cursor import Cursor
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.names import Kind
     from cqos_lsp.positions import Units
     from cqos_lsp.projects import Project
-    from cqos_lsp.words import Schema
+    from cqos_lsp.schema_words import Schema
 
 _TABLE: Final = ("tool", "cqos")
 _PROTOCOL: Final = re.compile(r"""^["']?protocol["']?\s*[:=]\s*["']?([\w-]+)""", re.MULTILINE)
@@ -64,14 +64,14 @@ _KINDS: Final[Mapping[Kind, CompletionItemKind]] = {
 
 
 def cursor_in(path: str, text: str, line: int, column: int) -> Cursor | None:
-    """Return what is typed at a zero-based line and column of a document; None where nothing can be completed."""
+    """Return the cursor at a zero-based line and column; None if nothing can be completed there."""
     if is_configuration(path):
         return toml_cursor(text, line, column, _TABLE if FilePath(path).name == SHARED_NAME else ())
     return yaml_cursor(text, line, column)
 
 
-def ready(projects: Iterable[Project]) -> None:
-    """Load the packs and make the schemas that completion needs first."""
+def load_schemas(projects: Iterable[Project]) -> None:
+    """Load the packs and schemas ahead of the first completion."""
     for project in projects:
         schema_of_systems(project.all_packs)
         for pack in project.all_packs:
@@ -79,7 +79,7 @@ def ready(projects: Iterable[Project]) -> None:
 
 
 def schema_at(path: str, text: str, at: Cursor, project: Project) -> Schema | None:
-    """Return the schema that holds at a cursor, with the packs of the protocol in force; None where a document has none."""
+    """Return the schema at a cursor, with the packs of its protocol; None if the document has no schema."""
     if is_configuration(path):
         return schema_of_configurations(project.all_packs)
     if is_pack(text.encode("utf-8", "replace")):
@@ -90,7 +90,7 @@ def schema_at(path: str, text: str, at: Cursor, project: Project) -> Schema | No
 
 
 def packs_at(text: str, at: Cursor, project: Project) -> tuple[RulePack, ...]:
-    """Return the packs of the protocol that holds at a cursor; all where none is stated."""
+    """Return the packs of the protocol at a cursor; all packs if none is stated."""
     stated = [at.scalars.get((*at.path[:length], "protocol")) for length in range(len(at.path), 0, -1)]
     found = _PROTOCOL.search(text)
     stated += [found[1] if found else None, project.config.protocol]
@@ -104,7 +104,7 @@ def packs_at(text: str, at: Cursor, project: Project) -> tuple[RulePack, ...]:
 def complete(
     path: str, text: str, position: Position, units: Units, project: Project, analysis: Analysis | None
 ) -> CompletionList | None:
-    """Return what may be typed at a position."""
+    """Return the completions at a position."""
     lines = text.split("\n")
     line = lines[position.line] if position.line < len(lines) else ""
     at = cursor_in(path, text, position.line, units.characters(line, position.character))
@@ -124,7 +124,7 @@ def complete(
 def _words(
     schema: Schema, at: Cursor, packs: Sequence[RulePack], analysis: Analysis | None
 ) -> Iterator[tuple[Word, CompletionItemKind]]:
-    """Yield the names of the system first, then the words of the schema."""
+    """Yield the names of the system, then the words of the schema."""
     if at.at_value:
         if kind := kind_of_value(at.path):
             ids = analysis is not None and at.path[-1] == "endpoint"
@@ -143,7 +143,7 @@ def _words(
 
 
 def _counts(word: Word, at: Cursor, packs: Sequence[RulePack]) -> bool:
-    """Whether a policy may have an effect at this end of a topic, as far as packs say."""
+    """Whether a policy may have an effect for the role at the cursor."""
     role = next((_ROLES[part] for part in reversed(at.path) if part in _ROLES), None)
     if role is None or at.path[-1] == "needs":
         return True

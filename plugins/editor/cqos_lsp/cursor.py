@@ -1,6 +1,6 @@
-"""Where a cursor is in YAML, JSON or TOML that a person is still typing: the keys above it, and the word at it.
+"""Finds the position of a cursor in unfinished YAML, JSON or TOML: the keys above it, and the word at it.
 
-Parsers refuse such text, so this reads line by line what is there, and takes everything as it most likely is meant.
+Parsers refuse unfinished text, so this reads it line by line, and assumes the most likely meaning.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ Path: TypeAlias = tuple["str | int", ...]
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """What is being typed.
+    """The position of a cursor in a document.
 
     Attributes:
-        path: of the map, list or value that the cursor is in.
+        path: of the map, list or value around the cursor.
         at_key: a key of the map at ``path`` may be typed here.
         at_value: the value at ``path`` may be typed here.
         start, end: columns of the word, from 0; a word goes on behind the cursor.
-        word: what is typed of it.
+        word: the typed part of it.
         followed: a colon follows the word.
-        keys: those that the map has already, without the word.
+        keys: the other keys of the map.
         scalars: the plain values before the cursor, by path.
         quoted: the word is in quotes.
     """
@@ -46,7 +46,7 @@ class Cursor:
 
 @dataclass(slots=True)
 class _Frame:
-    """A map or list that is open: its column, and the key or index that was read last."""
+    """An open map or list: its column, and its last key or index."""
 
     indent: int
     is_list: bool
@@ -128,7 +128,7 @@ class _Yaml:
         return found.end()
 
     def leave(self, column: int, *, is_list: bool) -> None:
-        """Close what a line at this column is no part of."""
+        """Close the maps and lists that a line at this column does not belong to."""
         while self.frames and (
             self.frames[-1].indent > column
             or (self.frames[-1].indent == column and self.frames[-1].is_list and not is_list)
@@ -136,14 +136,14 @@ class _Yaml:
             self.frames.pop()
 
     def key(self, written: str) -> None:
-        """Take the key of the top map."""
+        """Add a key to the top map."""
         name = _unquoted(written)
         self.frames[-1].last = name
         self.frames[-1].keys.add(name)
         self.after_key = True
 
     def rest(self, text: str, column: int) -> None:
-        """Read what follows a key or dash on its line, or a line of a flow collection."""
+        """Read the text behind a key or dash, or a line of a flow collection."""
         if not self.flow:
             value = text[column:].strip()
             if _BLOCK_TEXT.fullmatch(value):
@@ -189,7 +189,7 @@ def _unquoted(text: str) -> str:
 
 
 def yaml_cursor(text: str, line: int, column: int) -> Cursor | None:
-    """Return what is typed at a line and column, both from 0; None within a comment or a block of text."""
+    """Return the cursor at a zero-based line and column; None in comments and text blocks."""
     lines = text.split("\n")
     reader = _Yaml()
     for each in lines[:line]:
@@ -212,7 +212,7 @@ def yaml_cursor(text: str, line: int, column: int) -> Cursor | None:
 
 
 def _typed(reader: _Yaml, lines: list[str], line: int, at: Cursor) -> Cursor:
-    """Say where in the document a word is that begins on a line."""
+    """Return the cursor with the path of its word."""
     from dataclasses import replace
 
     before = lines[line][: at.start]
@@ -256,7 +256,7 @@ _PARTS: Final = re.compile(rf"{_QUOTED}|[^\s.\"']+")
 
 
 def toml_cursor(text: str, line: int, column: int, table: Path = ()) -> Cursor | None:
-    """Return what is typed in TOML, below ``table``; None elsewhere and in comments."""
+    """Return the cursor in TOML below ``table``; None elsewhere and in comments."""
     lines = text.split("\n")
     above: Path = ()
     keys: set[str] = set()

@@ -1,4 +1,4 @@
-"""Findings and problems as diagnostics, with the places of the other side as related information."""
+"""Converts findings and problems to diagnostics, with the other places as related information."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from lsprotocol.types import (
 )
 from pygls.uris import from_fs_path
 
-from cqos_core.files.opening import read_path
-from cqos_core.formatters import wording
+from cqos_core.files.source_files import read_path
+from cqos_core.formatters import phrases
 from cqos_core.model.finding import Severity
 from cqos_core.model.problems import InputError
-from cqos_lsp.positions import START, where
+from cqos_lsp.positions import START, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.model.finding import Finding, Side
     from cqos_core.model.problems import Problem
     from cqos_core.model.settings import Place
-    from cqos_lsp.checking import Analysis, Checked, Texts
+    from cqos_lsp.document_checks import Analysis, CheckResult, Texts
     from cqos_lsp.positions import Units
 
 SOURCE: Final = "cqos"
@@ -40,12 +40,12 @@ _NOTES: Final = "notes"
 
 
 def uri_of(path: str, known: Mapping[str, str] = {}) -> str:
-    """Return the URI of a file: how the client calls it, where it is among the ``known`` ones by real path."""
+    """Return the URI of a file: that of the client, if it is ``known`` by real path, else one from the path."""
     return known.get(os.path.realpath(path)) or from_fs_path(os.path.abspath(path)) or path  # noqa: PTH100 - a link keeps its name
 
 
 def shown_findings(analysis: Analysis, *, notes: bool) -> list[Finding]:
-    """Return what the editor shows: errors and warnings that are not accepted, and notes where the configuration or the editor asks for them."""
+    """Return the findings to show: errors and warnings that are not accepted, and notes if they are asked for."""
     notes = notes or _NOTES in analysis.project.config.show
     return [
         each
@@ -55,7 +55,7 @@ def shown_findings(analysis: Analysis, *, notes: bool) -> list[Finding]:
 
 
 def diagnostics_of(
-    checked: Checked, texts: Texts, units: Units, *, notes: bool, documentation: str
+    checked: CheckResult, texts: Texts, units: Units, *, notes: bool, documentation: str
 ) -> dict[str, list[Diagnostic]]:
     """Return all diagnostics by real path; a finding that several systems share is there once."""
     writer = _Writer(units, documentation)
@@ -82,7 +82,7 @@ class _Writer:
         self._documentation = documentation.rstrip("/")
 
     def finding(self, finding: Finding, analysis: Analysis) -> tuple[str, Diagnostic]:
-        """Return a finding with the file in which it is shown."""
+        """Return the file of a finding, and its diagnostic."""
         sources = analysis.sources
         place = finding.place
         diagnostic = Diagnostic(
@@ -97,7 +97,7 @@ class _Writer:
         return place.source if place is not None and place.source in sources else analysis.files[0], diagnostic
 
     def problem(self, problem: Problem, texts: Texts) -> tuple[str, Diagnostic]:
-        """Return what is wrong with a file that cannot be read."""
+        """Return the file of a problem, and its diagnostic."""
         place = problem.place
         name = "" if place is None else place.source
         message = problem.message if problem.help is None else f"{problem.message}\nhelp: {problem.help}"
@@ -117,11 +117,11 @@ class _Writer:
     def _related(
         self, finding: Finding, shown: Place | None, sources: Mapping[str, bytes]
     ) -> Iterator[DiagnosticRelatedInformation]:
-        """Yield the other places of a finding, each with what stands there."""
-        seen = {where(shown, sources)}
+        """Yield the other places of a finding, each with its values."""
+        seen = {located(shown, sources)}
         for side in finding.sides:
             for place, text in _stated(side):
-                found = where(place, sources)
+                found = located(place, sources)
                 if found is not None and found not in seen:
                     seen.add(found)
                     location = Location(uri_of(found[0]), self._units.of(place, sources))
@@ -129,13 +129,13 @@ class _Writer:
 
 
 def _stated(side: Side) -> Iterable[tuple[Place | None, str]]:
-    """Return where the values of a side are stated, or else the side itself, each in words."""
+    """Return the places of the stated values of a side with texts; without any, the place of the side."""
     facts = [fact for fact in side.facts if fact.place is not None and fact.origin != "default"]
     if not facts:
-        values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in side.facts)
+        values = ", ".join(f"{fact.policy} {phrases.value(fact)}" for fact in side.facts)
         return [(side.place, ": ".join(filter(None, [f"{side.role} `{side.name}`", values])))]
     return [
-        (fact.place, f"{wording.label(side.label, fact) or side.role}: {fact.policy} {wording.value(fact)}")
+        (fact.place, f"{phrases.label(side.label, fact) or side.role}: {fact.policy} {phrases.value(fact)}")
         for fact in facts
     ]
 
@@ -150,7 +150,7 @@ def _sentences(finding: Finding) -> Iterator[str]:
 
 
 def _source_of(name: str, texts: Texts) -> dict[str, bytes]:
-    """Return the text of a file by its name, as it is open or as it was written."""
+    """Return the open text of a file, else its content, by its name."""
     data = texts.get(os.path.realpath(name))
     if data is None:
         try:

@@ -1,4 +1,4 @@
-"""Inlay hints: the values of an endpoint that it does not state itself, where they came from, and what it matches."""
+"""Inlay hints: values that an endpoint does not state itself, with their origins."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, Final
 
 from lsprotocol.types import InlayHint, MarkupContent, MarkupKind
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_lsp.hover import endpoint_page, fact_of, shown_policies
-from cqos_lsp.marks import end_of_line
+from cqos_lsp.place_index import end_of_line
 from cqos_lsp.positions import lines_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.resolving.resolved_endpoint import Resolved
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.positions import Units
 
 _MOST: Final = 4
@@ -23,7 +23,7 @@ _MOST: Final = 4
 
 
 def hints(analysis: Analysis, source: str, first: int, last: int, units: Units, *, defaults: bool) -> list[InlayHint]:
-    """Return the hints of endpoints on some one-based lines of a source; ``defaults`` shows values that nothing states, too."""
+    """Return the hints of endpoints on some one-based lines of a source; with ``defaults``, also default values."""
     lines = lines_of(analysis.sources[source])
     found = []
     for end in analysis.endpoints:
@@ -41,12 +41,12 @@ def hints(analysis: Analysis, source: str, first: int, last: int, units: Units, 
 
 
 def _values(end: Resolved, *, defaults: bool) -> Iterator[str]:
-    """Yield the values that decide about matches and do not stand at the endpoint itself, stated ones first."""
+    """Yield the values that decide about matches and are stated elsewhere, then default values."""
     stated = {index for layer in end.layers if layer.here for index in layer.settings}
     elsewhere = {index for layer in end.layers if not layer.assumed for index in layer.settings}
     unstated = [index for index in shown_policies(end) if index not in stated]
     for index in sorted(unstated, key=lambda each: each not in elsewhere):
         if index in elsewhere or defaults:
             fact = fact_of(end, index)
-            text = wording.origin(fact) if index in elsewhere else ""
+            text = phrases.origin(fact) if index in elsewhere else ""
             yield f"{fact.policy} {fact.value}" + (f" ({text})" if text else "")

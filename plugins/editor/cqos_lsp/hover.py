@@ -1,18 +1,18 @@
-"""What an editor shows of the thing below the cursor: a policy with its value and origin, an endpoint with its partners, a word of the form."""
+"""Hover texts: a policy with its value and origin, an endpoint with its partners, a key of the form."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files.schema import written_name
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.model.finding import Fact, Verdict
 from cqos_core.model.system import Endpoint, Participant, Profile
 from cqos_lsp.completion import cursor_in, packs_at, schema_at
-from cqos_lsp.marks import marks_on, owners_at, setting_at
 from cqos_lsp.names import ENDPOINTS, name_at, names_of
-from cqos_lsp.words import doc_at
+from cqos_lsp.place_index import items_on_line, owners_at, setting_at
+from cqos_lsp.schema_words import doc_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved_endpoint import Resolved
-    from cqos_lsp.checking import Analysis
-    from cqos_lsp.marks import Mark
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.names import Name
+    from cqos_lsp.place_index import PlacedItem
     from cqos_lsp.projects import Project
 
 _MOST: Final = 20
@@ -32,19 +32,19 @@ _MOST: Final = 20
 def hover(
     path: str, text: str, place: tuple[int, int], project: Project, analysis: Analysis | None, line_then: int | None
 ) -> str:
-    """Return Markdown about what stands at a one-based line and column; empty where nothing is known.
+    """Return the Markdown for a one-based line and column; empty if nothing is known.
 
     Args:
         path: of the document.
         text: of the document, as it is now.
         place: line and column.
-        project: what holds for the document.
-        analysis: the system that it is part of.
-        line_then: the line in the text of the analysis; None where that line was edited since.
+        project: of the document.
+        analysis: of its system.
+        line_then: the line in the text of the analysis; None if it was edited since.
     """
     line, column = place
     if analysis is not None and line_then is not None and (source := analysis.name_of(path)) is not None:
-        marks = marks_on(analysis, source, line_then)
+        marks = items_on_line(analysis, source, line_then)
         found = setting_at(analysis, marks, line_then, column)
         if found is not None:
             return _setting(found, analysis)
@@ -62,7 +62,7 @@ def _is_system_file(analysis: Analysis, source: str) -> bool:
 
 
 def _word(path: str, text: str, line: int, column: int, project: Project) -> str:
-    """Return what the schema says of the key at the cursor."""
+    """Return the description of the key at the cursor."""
     at = cursor_in(path, text, line - 1, column - 1)
     schema = None if at is None else schema_at(path, text, at, project)
     if at is None or schema is None:
@@ -78,7 +78,7 @@ def _word(path: str, text: str, line: int, column: int, project: Project) -> str
 
 
 def about_policy(pack: RulePack, policy: Policy) -> str:
-    """Return what a pack says of a policy: doc, values, default, clause, other names."""
+    """Return the description of a policy: doc, values, default, clause, other names."""
     doc = f"{policy.doc.rstrip('.')}." if policy.doc else ""
     whose = "" if len(policy.roles) != 1 or policy.level not in {ENDPOINT, NEED} else f", of {policy.roles[0]}s"
     rows = [
@@ -97,7 +97,7 @@ def _default(policy: Policy) -> str:
     return ", ".join(f"`{text}` for {role}s" for role, text in policy.default.items())
 
 
-def _setting(mark: Mark, analysis: Analysis) -> str:
+def _setting(mark: PlacedItem, analysis: Analysis) -> str:
     parts = [about_policy(pack, policy) for pack, policy in mark.policies]
     for pack, policy in mark.policies:
         for end in _ends_of(mark, analysis):
@@ -108,8 +108,8 @@ def _setting(mark: Mark, analysis: Analysis) -> str:
     return "\n\n".join(parts)
 
 
-def _ends_of(mark: Mark, analysis: Analysis) -> Iterable[Resolved]:
-    """Return the endpoints with values that a mark stands for: a service has one for requests and one for responses."""
+def _ends_of(mark: PlacedItem, analysis: Analysis) -> Iterable[Resolved]:
+    """Return the resolved endpoints of an item: a service has one for requests and one for responses."""
     if not isinstance(mark.owner, Endpoint):
         return ()
     whose = mark.owner
@@ -121,18 +121,18 @@ def _ends_of(mark: Mark, analysis: Analysis) -> Iterable[Resolved]:
 
 
 def fact_of(end: Resolved, index: int) -> Fact:
-    """Return a policy of an endpoint with its value, and where that came from."""
+    """Return a policy of an endpoint with its value and origin."""
     policy = end.pack.policies[index]
     return Fact(policy.name, policy.format(end.profile.values[index]), end.origin(index)[0])
 
 
 def _value(end: Resolved, index: int) -> tuple[str, str]:
     fact = fact_of(end, index)
-    return f"`{fact.value}`", wording.origin(fact) or "stated here"
+    return f"`{fact.value}`", phrases.origin(fact) or "stated here"
 
 
 def _name(name: Name, analysis: Analysis) -> str:
-    """Return what is known of the endpoint, participant, profile or topic that a name stands for."""
+    """Return the page of the endpoint, participant, profile or topic of a name."""
     system = analysis.system
     if name.kind == "profile":
         if name.text in system.profiles:
@@ -148,14 +148,14 @@ def _name(name: Name, analysis: Analysis) -> str:
 
 
 def _stands_at(end: Resolved, name: Name) -> bool:
-    """Whether an endpoint is stated below a key: its participant and role are in the path of the key."""
+    """Whether an endpoint is stated below a key, whose path has its participant and role."""
     groups = {"publisher": "publish", "subscriber": "subscribe"}
     whose = end.endpoint.template or end.participant.participant.id
     in_role = any(str(part).startswith(groups[end.role]) for part in name.path) or end.endpoint.kind != "message"
     return len(name.path) > 1 and (name.path[1] == whose or str(whose).startswith(f"{name.path[1]}/")) and in_role
 
 
-def _owner(mark: Mark, analysis: Analysis) -> str:
+def _owner(mark: PlacedItem, analysis: Analysis) -> str:
     if isinstance(mark.owner, Endpoint):
         return "\n\n".join(endpoint_page(end, analysis) for end in _ends_of(mark, analysis))
     if isinstance(mark.owner, Participant):
@@ -172,7 +172,7 @@ def endpoint_page(end: Resolved, analysis: Analysis) -> str:
 
 
 def shown_policies(end: Resolved) -> list[int]:
-    """Return the policies of an endpoint that decide whether it matches, and all that anything states of it."""
+    """Return the policies of an endpoint that rules compare, and those that are stated."""
     pack = end.pack
     compared = {
         use.index

@@ -1,4 +1,4 @@
-"""Names that people give in system files: where each profile, topic and participant is defined, and where it is used."""
+"""Finds names in system files: definitions and uses of profiles, topics and participants."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
-from cqos_lsp.positions import where
+from cqos_lsp.positions import located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -35,7 +35,7 @@ MEMBERS: Final[Mapping[str, Kind]] = {
     "action_servers": "action",
     "action_clients": "action",
 }
-"""What the keys of a map are names of, by the key of the map."""
+"""The kind of the names that are keys of a map, by the key of the map."""
 ENDPOINTS: Final = frozenset(("publishes", "subscribes", "serves", "calls", "action_servers", "action_clients"))
 VALUES: Final[Mapping[str, Kind]] = {
     "profile": "profile",
@@ -47,7 +47,7 @@ VALUES: Final[Mapping[str, Kind]] = {
     "broker": "broker",
     "rule": "rule",
 }
-"""What a value is the name of, by its key; ids of endpoints begin with that of their participant."""
+"""The kind of the name that is a value, by its key; ids of endpoints begin with that of their participant."""
 _OF_LINKS: Final[Mapping[str, Kind]] = {"participants": "participant", "topics": "topic"}
 _DEFINING: Final = frozenset(("profiles", "topics", "participants", "brokers"))
 _HEAD: Final = 65_536
@@ -55,11 +55,11 @@ _HEAD: Final = 65_536
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """One place at which a name stands.
+    """One occurrence of a name.
 
     Attributes:
         place: of its first character.
-        defines: it is the key under which the thing is described.
+        defines: whether it is the key of the definition.
         path: of the key, or of the value.
     """
 
@@ -71,7 +71,7 @@ class Name:
 
 
 def kind_of_key(path: Path) -> Kind:
-    """Return what the keys of the map at a path are names of."""
+    """Return the kind of the names that are keys of the map at a path."""
     if not path or not isinstance(path[-1], str) or (path[0] == "links" and len(path) > 1):
         return ""
     top = path[-1] in _DEFINING or path[-1] == "severities"
@@ -79,7 +79,7 @@ def kind_of_key(path: Path) -> Kind:
 
 
 def kind_of_value(path: Path) -> Kind:
-    """Return what the value at a path is the name of; the items of a list are what a single value would be."""
+    """Return the kind of the name that is the value at a path; list items are like single values."""
     keys = [part for part in path if isinstance(part, str)]
     last = keys[-1] if keys else ""
     above = keys[-2] if len(keys) > 1 else ""
@@ -94,7 +94,7 @@ def kind_of_value(path: Path) -> Kind:
 
 @lru_cache(maxsize=64)
 def names_in(name: str, data: bytes) -> tuple[Name, ...]:
-    """Return every name in a system file, in the order of the file; none in files of other formats."""
+    """Return all names in a system file, in their order; none in other formats."""
     if not claims_yaml(name, data[:_HEAD]):
         return ()
     source = Source(name, data)
@@ -118,7 +118,7 @@ def _names(node: Node, path: Path, source: str) -> Iterator[Name]:
 
 
 def names_of(sources: Mapping[str, bytes]) -> list[Name]:
-    """Return every name in the system files among some sources."""
+    """Return all names in the system files among some sources."""
     return [found for name, data in sources.items() for found in names_in(name, data)]
 
 
@@ -126,7 +126,7 @@ def name_at(names: Iterable[Name], sources: Mapping[str, bytes], source: str, li
     """Return the name at a one-based line and column."""
     for name in names:
         if name.place.source == source and name.place.line == line:
-            found = where(name.place, sources)
+            found = located(name.place, sources)
             if found is not None and found[2] <= column <= found[2] + found[3]:
                 return name
     return None

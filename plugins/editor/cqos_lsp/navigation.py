@@ -1,4 +1,4 @@
-"""Definitions, references and new names of profiles, topics and participants; the outline of a document."""
+"""Definitions, references and renaming of profiles, topics and participants; the outline of a document."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from lsprotocol.types import DocumentSymbol, Location, Position, Range, SymbolKi
 
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.applying import read_texts
-from cqos_core.files.editing import is_json, scalar
-from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_texts
+from cqos_core.files.system_merge import merge
+from cqos_core.files.yaml_edits import is_json, scalar
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.model.system import endpoint_id
 from cqos_lsp.diagnostics import uri_of
 from cqos_lsp.names import Name, name_at, names_of
-from cqos_lsp.positions import encoded, lines_of, where
+from cqos_lsp.positions import encoded, lines_of, located
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
     from cqos_core.model.settings import Place
     from cqos_core.model.system import Bridge, Broker, Profile, Topic
-    from cqos_lsp.checking import Analysis
+    from cqos_lsp.document_checks import Analysis
     from cqos_lsp.positions import Units
 
 
 def definition(analysis: Analysis, source: str, line: int, column: int, units: Units) -> list[Location]:
-    """Return where the thing is described whose name stands at a one-based line and column.
+    """Return the definition of the name at a one-based line and column.
 
-    Of a topic without an entry of its own, that is where it is published. From the key of an endpoint, it is also where its partners stand.
+    A topic without an entry of its own is defined by its publishers.
     """
     names = names_of(analysis.sources)
     name = name_at(names, analysis.sources, source, line, column)
@@ -52,14 +52,14 @@ def _publishes(name: Name) -> bool:
 
 
 def _partners(name: Name, analysis: Analysis) -> list[Place]:
-    """Return the publishers that match endpoints on a topic, also those in files of other formats."""
+    """Return the places of publishers that match endpoints on a topic, in files of any format."""
     mine = {end.id for end in analysis.endpoints if end.endpoint.topic == name.text}
     others = {pub for group in analysis.report.groups if mine & {*group.subscribers} for pub in group.publishers}
     return [end.endpoint.place for end in analysis.endpoints if end.id in others and end.endpoint.place is not None]
 
 
 def references(analysis: Analysis, source: str, line: int, column: int, units: Units) -> list[Location]:
-    """Return every place in the files of the system at which the name stands, and the endpoints of other files on that topic."""
+    """Return all occurrences of the name at a place, and endpoints on the topic in files of other formats."""
     names = names_of(analysis.sources)
     name = name_at(names, analysis.sources, source, line, column)
     if name is None:
@@ -81,7 +81,7 @@ def _locations(places: Iterable[Place], analysis: Analysis, units: Units) -> lis
 
 
 def renamable(analysis: Analysis, source: str, line: int, column: int, units: Units) -> Range | None:
-    """Return the range of the name at a place; None where nothing there can get another name."""
+    """Return the range of the name at a place; None if it cannot be renamed."""
     name = name_at(names_of(analysis.sources), analysis.sources, source, line, column)
     if name is None or name.kind not in {"profile", "topic", "service", "action", "participant", "broker"}:
         return None
@@ -92,10 +92,10 @@ def renamable(analysis: Analysis, source: str, line: int, column: int, units: Un
 def rename(
     analysis: Analysis, source: str, line: int, column: int, new: str, units: Units, uris: Mapping[str, str]
 ) -> WorkspaceEdit:
-    """Return the changes after which the thing at a place has another name in all files of the system.
+    """Return the changes that rename the name at a place in all files of the system.
 
     Raises:
-        CqosError: the new texts would be another system: a pair is gone or came, or the files cannot be read.
+        CqosError: pairs or findings would change, or the files could not be read.
     """
     names = names_of(analysis.sources)
     name = name_at(names, analysis.sources, source, line, column)
@@ -104,7 +104,7 @@ def rename(
     changes: dict[str, list[tuple[Place, int, str]]] = {}
     for each in names:
         text = _renamed(each, name, new, analysis)
-        found = where(each.place, analysis.sources)
+        found = located(each.place, analysis.sources)
         if text is not None and found is not None:
             written = lines_of(analysis.sources[found[0]]).line(found[1])[found[2] - 1 :][: found[3]]
             in_json = is_json(lines_of(analysis.sources[found[0]]).text)
@@ -119,7 +119,7 @@ def rename(
 
 
 def _renamed(each: Name, name: Name, new: str, analysis: Analysis) -> str | None:
-    """Return what stands in the place of a name afterwards; None where it stays."""
+    """Return the new text of an occurrence; None if it does not change."""
     if each.kind == name.kind and each.text == name.text:
         return new
     if each.kind != "participant" or name.kind not in {"topic", "participant"}:
@@ -148,7 +148,7 @@ def _with(data: bytes, changes: Iterable[tuple[Place, int, str]]) -> bytes:
 
 
 def _refuse_others(analysis: Analysis, texts: Mapping[str, bytes], name: Name, new: str) -> None:
-    """Check the new texts, and refuse them where they are another system."""
+    """Check the new texts, and refuse them if pairs or findings change."""
     project = analysis.project
     sources = {**analysis.sources, **texts}
     try:
@@ -166,7 +166,7 @@ def _refuse_others(analysis: Analysis, texts: Mapping[str, bytes], name: Name, n
 
 
 def _shape(report: Report) -> tuple[object, ...]:
-    """Return what a change of names leaves as it is."""
+    """Return the counts of a report that renaming must not change."""
     pairs = Counter[tuple[str, int]]()
     for group in report.groups:
         pairs[str(group.verdict), len(group.codes)] += group.pairs

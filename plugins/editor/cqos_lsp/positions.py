@@ -1,4 +1,4 @@
-"""Places of C-QoS as ranges of the protocol: lines from 0, columns in the units that client and server agreed on."""
+"""Converts places to ranges of the protocol: zero-based lines, columns in the units of the client."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 _ASTRAL = 0xFFFF
 START = Range(Position(0, 0), Position(0, 0))
-"""What findings without a place point at."""
+"""The range of findings without a place."""
 
 
 def encoded(text: str) -> bytes:
-    """Return the bytes that a file with this text would have, in the encoding that the text itself declares."""
+    """Return the bytes of a text in the encoding that it declares."""
     data = text.encode("utf-8", "replace")
     declared = codec(encoding_of(data)) or "utf-8"
     return data if declared == "utf-8" else text.encode(declared, "replace")
@@ -37,7 +37,7 @@ def lines_of(data: bytes) -> Lines:
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Counts characters as the client does: in UTF-16, or in what both sides chose instead."""
+    """Counts characters in the units of the client: UTF-16, or another encoding that both chose."""
 
     encoding: str = PositionEncodingKind.Utf16.value
 
@@ -50,7 +50,7 @@ class Units:
         return len(text) + (0 if text.isascii() else sum(ord(each) > _ASTRAL for each in text))
 
     def characters(self, line: str, units: int) -> int:
-        """Return how many characters of a line the first ``units`` are; of a character cut in two, it is counted."""
+        """Return how many characters the first ``units`` of a line are; a split character is counted."""
         if line.isascii() or self.encoding == PositionEncodingKind.Utf32.value:
             return min(units, len(line))
         passed = 0
@@ -79,13 +79,13 @@ class Units:
         return Range(self.position(lines, *first), self.position(lines, *last))
 
     def of(self, place: Place | None, sources: Mapping[str, bytes]) -> Range:
-        """Return what is underlined for a place: its value, attribute or tag; the start of the file where it has no line."""
-        found = where(place, sources)
+        """Return the range of the value, attribute or tag at a place; the start of the file if it has no line."""
+        found = located(place, sources)
         return START if found is None else self.range(lines_of(sources[found[0]]), *found[1:])
 
 
-def where(place: Place | None, sources: Mapping[str, bytes]) -> tuple[str, int, int, int] | None:
-    """Return source, line, column and width of what a place names; None where it has no line or its source is not there."""
+def located(place: Place | None, sources: Mapping[str, bytes]) -> tuple[str, int, int, int] | None:
+    """Return source, line, column and width of a place; None if its line or source is not known."""
     if place is None or place.line is None or place.source not in sources:
         return None
     place = exact([place], sources)[place]

@@ -1,4 +1,4 @@
-"""What holds for the files of a folder: the nearest configuration, its rule packs, and what is wrong with either."""
+"""The project of a file: the nearest configuration, its rule packs, and problems of either."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.config import NAME, SHARED_NAME, Config, find_config, load_config
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.matching.pipeline import CheckContext, context
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
@@ -38,11 +38,11 @@ def is_pack(data: bytes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """A configuration with what it names.
+    """A configuration with its rule packs.
 
     Attributes:
-        packs: its rule pack files, as packs.
-        problems: what is wrong with the configuration or with one of its packs.
+        packs: the packs of its rule pack files.
+        problems: of the configuration and of its packs.
     """
 
     config: Config
@@ -52,14 +52,14 @@ class Project:
 
     @property
     def all_packs(self) -> tuple[RulePack, ...]:
-        """The installed packs, and those of the configuration in place of those with their ids."""
+        """The installed packs; packs of the configuration replace those with the same id."""
         names = {*load_plugins().packs, *(pack.id for pack in self.packs)}
         return tuple(pack for name in sorted(names) if (pack := self.where.find_pack(name)) is not None)
 
 
 @dataclass(slots=True, eq=False)
 class Projects:
-    """Reads configurations and rule packs; one that cannot be read now counts as it was before."""
+    """Reads configurations and rule packs; one that cannot be read now keeps its former content."""
 
     _known: dict[str, Project] = field(default_factory=dict)
     _configs: dict[str, Config] = field(default_factory=dict)
@@ -70,7 +70,7 @@ class Projects:
         self._known.clear()
 
     def of(self, path: str, texts: Mapping[str, bytes]) -> Project:
-        """Return what holds for a file."""
+        """Return the project of a file."""
         found = path if is_configuration(path) else find_config(os.path.dirname(path))  # noqa: PTH120
         name = os.path.abspath(found) if found is not None else ""  # noqa: PTH100 - a link keeps its name
         if name not in self._known:
@@ -102,7 +102,7 @@ def _source(path: str, texts: Mapping[str, bytes]) -> Source:
 
 @lru_cache(maxsize=16)
 def pack_problems(path: str, data: bytes) -> tuple[Problem, ...]:
-    """Return what is wrong with a rule pack file."""
+    """Return the problems of a rule pack file."""
     try:
         read_pack(Source(path, data))
     except InputError as error:

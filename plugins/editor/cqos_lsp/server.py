@@ -1,4 +1,4 @@
-"""The server: documents come in, checks run beside, and whatever is newest wins."""
+"""The language server: takes documents, checks them in a thread, and publishes diagnostics."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import to_fs_path
 
 from cqos_core.model.problems import CqosError, describe
-from cqos_lsp.checking import Analysis, Checked, Checker
-from cqos_lsp.completion import ready
+from cqos_lsp.completion import load_schemas
 from cqos_lsp.diagnostics import diagnostics_of, uri_of
-from cqos_lsp.features import register
+from cqos_lsp.document_checks import Analysis, Checker, CheckResult
 from cqos_lsp.positions import Units, encoded
 from cqos_lsp.projects import is_configuration, is_pack
+from cqos_lsp.request_handlers import register
 
 _PAUSE: Final = 0.15
 """Seconds without a keystroke before a check begins."""
@@ -31,12 +31,12 @@ _LONGEST_WAIT: Final = 10.0
 
 
 class OutdatedError(Exception):
-    """A newer text is there, so the check of the older one ends."""
+    """The text changed, so its check is aborted."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the user of the editor chooses; `editors/vscode/package.json` and `docs/editors.md` describe each.
+    """The settings of the user; `editors/vscode/package.json` and `docs/editors.md` describe them.
 
     Attributes:
         notes: whether findings of severity note are shown.
@@ -48,7 +48,7 @@ class Settings:
 
     @classmethod
     def of(cls, given: object) -> Settings:
-        """Take what a client sends, under ``cqos`` or without it; what is no such setting has no effect."""
+        """Return the settings that a client sends, below ``cqos`` or directly; others are ignored."""
         if isinstance(given, dict) and isinstance(given.get("cqos"), dict):
             given = given["cqos"]
         values = given if isinstance(given, dict) else {}
@@ -58,19 +58,19 @@ class Settings:
 
 @dataclass
 class State:
-    """What the server knows.
+    """The state of the server.
 
     Attributes:
-        texts: the open documents by real path; ``uris`` has how their client calls them.
+        texts: the open documents by real path; ``uris`` has their URIs.
         checked: the last result.
         folders: of the workspace.
-        changes: counts the changes of anything that a check depends on.
-        judged: the count of changes when the check began that gave ``checked``.
+        changes: number of changes of documents, files and settings.
+        judged: the number of changes that the last result includes.
     """
 
     texts: dict[str, bytes] = field(default_factory=dict)
     uris: dict[str, str] = field(default_factory=dict)
-    checked: Checked = field(default_factory=Checked)
+    checked: CheckResult = field(default_factory=CheckResult)
     folders: list[str] = field(default_factory=list)
     settings: Settings = field(default_factory=Settings)
     units: Units = field(default_factory=Units)
@@ -81,7 +81,7 @@ class State:
 
 
 class CqosServer(LanguageServer):
-    """A language server whose checks run in one thread of their own, the newest text first."""
+    """A language server that checks in one thread, always the newest text."""
 
     def __init__(self) -> None:
         super().__init__("cqos", version("cqos-lsp"), text_document_sync_kind=types.TextDocumentSyncKind.Full)
@@ -97,14 +97,14 @@ class CqosServer(LanguageServer):
         return os.path.realpath(to_fs_path(uri) or uri)
 
     def changed(self) -> None:
-        """Check again soon; a check that runs ends at its next step."""
+        """Schedule a check; a running check is aborted."""
         self.state.changes += 1
         self._settled.clear()
         if self._waiting is None or self._waiting.done():
             self._waiting = asyncio.get_running_loop().create_task(self._catch_up())
 
     async def _catch_up(self) -> None:
-        """Check until the result is that of the newest texts."""
+        """Check until the result is of the newest texts."""
         state = self.state
         while state.judged != state.changes:
             aim = state.changes
@@ -123,9 +123,9 @@ class CqosServer(LanguageServer):
         if not self._ready:
             self._ready = True
             # The first completion would otherwise load all packs: half a second.
-            self.worker.submit(ready, state.checked.projects.values())
+            self.worker.submit(load_schemas, state.checked.projects.values())
 
-    def _check(self, aim: int, texts: dict[str, bytes], folders: list[str]) -> Checked:
+    def _check(self, aim: int, texts: dict[str, bytes], folders: list[str]) -> CheckResult:
         def step(_done: int, _all: int) -> None:
             if self.state.changes != aim:
                 raise OutdatedError
@@ -133,11 +133,11 @@ class CqosServer(LanguageServer):
         return self.checker.check(texts, folders, step)
 
     async def beside(self, work: Callable[[], Any]) -> Any:
-        """Do work in the thread of checks, which alone uses the caches of the core."""
+        """Run work in the thread of checks, because only one thread may use the caches of the core."""
         return await asyncio.get_running_loop().run_in_executor(self.worker, work)
 
     async def settled(self, path: str) -> Analysis | None:
-        """Return the system of a document once its newest text is checked; None where that cannot be read."""
+        """Return the analysis of a document once its newest text is checked; None if it cannot be read."""
         state = self.state
         if state.judged != state.changes:
             try:
@@ -159,12 +159,12 @@ class CqosServer(LanguageServer):
         state.published = {*found}
 
     def report(self, error: Exception) -> None:
-        """Log a fault in one line."""
+        """Log an exception in one line."""
         text = describe(error) if isinstance(error, CqosError) else f"internal error: {describe(error)}"
         self.window_log_message(types.LogMessageParams(types.MessageType.Error, f"cqos: {text}"))
 
     def report_server_error(self, error: Exception, source: Any) -> None:  # noqa: ARG002 - signature of pygls
-        """Log what pygls reports, rather than show it in a window; a refusal is an answer and no fault."""
+        """Log exceptions that pygls reports, instead of showing a window; refusals are answers."""
         if not isinstance(error, JsonRpcException):
             self.report(error)
 
@@ -176,7 +176,7 @@ def _documentation() -> str:
 
 
 def make_server() -> CqosServer:
-    """Return a server with all that it offers."""
+    """Return a server with all its handlers."""
     server = CqosServer()
     _documents(server)
     register(server)
@@ -184,7 +184,7 @@ def make_server() -> CqosServer:
 
 
 def _documents(server: CqosServer) -> None:
-    """Register what tells the server about documents, folders and settings."""
+    """Register the handlers of notifications about documents, folders and settings."""
     state = server.state
 
     @server.feature(types.INITIALIZED)

@@ -6,7 +6,7 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core import InputError, Severity
-from cqos_core.files.loading import recognise
+from cqos_core.files.importer_choice import recognise
 from cqos_core.model.excerpt import exact
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins

@@ -16,7 +16,7 @@ import narwhals as nw
 
 from cqos_core.model.codes import CODES
 from cqos_core.model.finding import Verdict
-from cqos_fleet.judging import Judge, judge_of
+from cqos_fleet.rule_evaluation import Judge, judge_of
 from cqos_fleet.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_fleet.slow_topics import ALONE, COLUMNS, PYTHON, SPECIAL, SlowTopics
 from cqos_fleet.topic_frames import (

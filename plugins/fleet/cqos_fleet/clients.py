@@ -2,7 +2,7 @@
 
 This needs what a pack says by `cqos_core.packs.Folding`. A participant is known by its topics, each with the texts of its endpoints and
 with what the pack reads of the name; topics that differ in nothing else are one. The rest of a system shows in other stages: who has
-the same id here, what a subscriber hears in `cqos_fleet.hearing`, and who meets whom in `cqos_fleet.meetings`.
+the same id here, what a subscriber hears in `cqos_fleet.filter_matches`, and who meets whom in `cqos_fleet.meetings`.
 """
 
 from __future__ import annotations

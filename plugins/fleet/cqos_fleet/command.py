@@ -12,6 +12,7 @@ from typing import Final
 
 import click
 
+from cqos_core.cli.errors import say_error
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import (
     Assignment,
@@ -110,9 +111,8 @@ def audit(
     _refuse_lacking("fleet", "`cqos audit`", "narwhals", "duckdb", "pyarrow", str(given["engine"]))
     if given["spark"]:
         _refuse_lacking("spark", "--spark", "pyspark")
-    from cqos_core.cli import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
+    from cqos_core.cli.exit_codes import FINDINGS, NO_ENDPOINT, NO_PAIR, UNUSABLE
     from cqos_core.cli.progress import Progress
-    from cqos_core.cli.refusals import say_error
     from cqos_core.matching.pipeline import context
     from cqos_fleet.fleet import WantedAudit, run_audit
     from cqos_fleet.fleet_report import as_json, as_text

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import narwhals as nw
 
-from cqos_core.files.ignoring import patterns
-from cqos_core.files.loading import load_paths
-from cqos_core.files.walking import walk
-from cqos_core.files.writing import is_same_file
+from cqos_core.files.atomic_writes import is_same_file
+from cqos_core.files.folder_walk import walk
+from cqos_core.files.ignore_patterns import read_ignore_patterns
+from cqos_core.files.path_loader import load_paths
 from cqos_core.matching.pipeline import with_options
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import CqosError
@@ -26,7 +26,7 @@ from cqos_core.model.spelling import nearest
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.completion import nothing_follows, nothing_summed
 from cqos_fleet.audit import STAGES, Audited, audit
-from cqos_fleet.crossing import crossing_topics
+from cqos_fleet.cross_protocol import crossing_topics
 from cqos_fleet.engines import DOT, FORMATS, DuckDB, Polars, Spark
 from cqos_fleet.fleet_report import OUTPUTS, FleetResult, summed_up, write_findings
 from cqos_fleet.folded_audit import FOLDED_STAGES, audit_folded
@@ -321,7 +321,7 @@ def _systems_of_files(wanted: WantedAudit, where: CheckContext) -> Iterator[Name
     # As in a check, links to folders are not followed: one may lead anywhere.
     inner = sorted(each for each in folders if not each.is_symlink())
     for each in (path, *inner):
-        excluded = [patterns(["*/"], str(path))] if each == path and inner else []
+        excluded = [read_ignore_patterns(["*/"], str(path))] if each == path and inner else []
         loaded = load_paths([str(each)], protocol=wanted.protocol, excluded=excluded)
         if loaded.problems:
             more = f" (and {len(loaded.problems) - 1} more)" if len(loaded.problems) > 1 else ""

@@ -16,7 +16,7 @@ from cqos_fleet.audit import Audited, telling
 from cqos_fleet.clients import ENDS, Alike, Clients, folded_columns
 from cqos_fleet.engines import DOT
 from cqos_fleet.far_ends import FAR, FarEnds
-from cqos_fleet.hearing import HEARD, NEAR, Hearing
+from cqos_fleet.filter_matches import HEARD, NEAR, FilterMatches
 from cqos_fleet.meetings import ALONE, Meetings, remarks_of, write_finding
 from cqos_fleet.profiles import settings_of
 from cqos_fleet.similar_names import NAMED
@@ -112,11 +112,11 @@ def _ends(
     return clients, store.scan("ends")
 
 
-def _heard(clients: Clients, ends: Frame, store: TableStore) -> tuple[Hearing, Frame]:
+def _heard(clients: Clients, ends: Frame, store: TableStore) -> tuple[FilterMatches, Frame]:
     """Return which subscribers hear which topics, and the published topics with the others that match them."""
     far = ends.filter(nw.col("far") == 1).group_by(*_TOPIC).agg(nw.len().alias("number"))
     store.keep("far", far.select(*_TOPIC).sort(*_TOPIC))
-    hearing = Hearing(clients, store.tuples("far"))
+    hearing = FilterMatches(clients, store.tuples("far"))
     published = ends.filter(nw.col("second") == 0).group_by(*_TOPIC, "p").agg(nw.len().cast(nw.Int64).alias("number"))
     store.keep("published", published.select(*_TOPIC, "p", "number").sort(*_TOPIC, "p"))
     with store.spooled("heard", HEARD) as out:
@@ -124,7 +124,7 @@ def _heard(clients: Clients, ends: Frame, store: TableStore) -> tuple[Hearing, F
     return hearing, store.scan("heard")
 
 
-def _with_what_they_hear(hearing: Hearing, ends: Frame, heard: Frame, store: TableStore) -> tuple[FarEnds, Frame]:
+def _with_what_they_hear(hearing: FilterMatches, ends: Frame, heard: Frame, store: TableStore) -> tuple[FarEnds, Frame]:
     """Return the subscribers with the values that follow: those of far topics, and the others."""
     subscribers = ends.filter(nw.col("second") == 1).join(heard.drop("met"), on=_TOPIC, how="left")
     listed = subscribers.select(*_TOPIC, "p", "owner", "own", "far", nw.col("publishers").fill_null(0))

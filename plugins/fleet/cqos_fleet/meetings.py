@@ -14,7 +14,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.caches import keep
 from cqos_core.model.system import PUBLISHER
 from cqos_fleet.clients import NAME
-from cqos_fleet.hearing import by_topic
+from cqos_fleet.filter_matches import by_topic
 from cqos_fleet.similar_names import BUSY, OFFERED, REQUESTED
 from cqos_fleet.stand_ins import StandIns
 from cqos_fleet.topic_frames import FINDING
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.clients import Clients
     from cqos_fleet.far_ends import FarEnds, Visitors
-    from cqos_fleet.hearing import Hearing
+    from cqos_fleet.filter_matches import FilterMatches
     from cqos_fleet.table_store import Spool
 
 ALONE: Final = {
@@ -105,7 +105,7 @@ class Meetings:
     """
 
     clients: Clients
-    hearing: Hearing
+    hearing: FilterMatches
     far: FarEnds
     found: Spool
     alone: Spool

@@ -9,7 +9,7 @@ import narwhals as nw
 
 from cqos_core.matching.judge import verdict_by
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_fleet.judging import Judge, column_name
+from cqos_fleet.rule_evaluation import Judge, column_name
 from cqos_fleet.slow_topics import ALONE, COLUMNS, PYTHON, QUIET
 from cqos_fleet.writers import expression
 

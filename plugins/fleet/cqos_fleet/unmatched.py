@@ -9,7 +9,7 @@ import narwhals as nw
 
 from cqos_core.model.codes import CODES
 from cqos_core.model.grouping import grouped
-from cqos_fleet.hearing import by_topic
+from cqos_fleet.filter_matches import by_topic
 from cqos_fleet.meetings import write_finding
 from cqos_fleet.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
 from cqos_fleet.stand_ins import StandIns
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_fleet.clients import Clients
-    from cqos_fleet.hearing import Hearing
+    from cqos_fleet.filter_matches import FilterMatches
     from cqos_fleet.table_store import Spool, TableStore
 
     Frame = nw.LazyFrame[Any]
@@ -28,7 +28,7 @@ _TOPIC: Final = ["system", "topic"]
 
 
 def write_unmatched(
-    clients: Clients, hearing: Hearing, alone: Frame, names: Frame, store: TableStore, out: Spool
+    clients: Clients, hearing: FilterMatches, alone: Frame, names: Frame, store: TableStore, out: Spool
 ) -> None:
     """Write the findings about endpoints without partners.
 
@@ -60,7 +60,7 @@ def write_unmatched(
             write_finding(out, system, topic, row)
 
 
-def _reached(clients: Clients, hearing: Hearing, store: TableStore) -> Iterator[tuple[str, str, int]]:
+def _reached(clients: Clients, hearing: FilterMatches, store: TableStore) -> Iterator[tuple[str, str, int]]:
     """Yield far topics without partner, and published ones, that match when both are folded."""
     far = grouped(
         (system, topic) for system, topic in store.tuples(f"names{REQUESTED}") if (system, topic) in hearing.far

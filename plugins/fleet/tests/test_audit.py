@@ -13,7 +13,7 @@ from cqos_core.api import context
 from cqos_core.plugins import load_plugins
 from plugins.fleet.tests.needed import needed
 from plugins.fleet.tests.random_fleet import any_options, any_settings, said_by_check, write_fleet
-from tests.command import run_here
+from tests.command_process import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from cqos_core import check, check_pair
 from cqos_core.api import context
 from plugins.fleet.tests.random_clients import write_clients
 from plugins.fleet.tests.random_fleet import STATED, any_options, any_settings, systems_in, write_fleet
-from tests.command import run_here
+from tests.command_process import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from cqos_fleet.writers import pattern_of
 from plugins.fleet.tests.needed import needed
 from plugins.fleet.tests.random_ends import random_ends
 from plugins.fleet.tests.tried_rules import PAIRS, Tried, answers_in, both_ends, both_kinds, both_kinds_over
-from tests.any_rules import any_rules
 from tests.effort import EXPLORE
+from tests.random_rules import any_rules
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,7 @@ from cqos_core import check
 from plugins.fleet.tests.needed import needed
 from plugins.fleet.tests.random_fleet import said_by_check, systems_in
 from plugins.fleet.tests.test_audit import audited
-from tests.command import run_here
+from tests.command_process import run_here
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:

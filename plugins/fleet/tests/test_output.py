@@ -9,7 +9,7 @@ import shutil
 import pytest
 
 from plugins.fleet.tests.needed import needed
-from tests.command import run_here
+from tests.command_process import run_here
 
 pytestmark = pytest.mark.usefixtures("engines")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.command import run_here
+from tests.command_process import run_here
 
 
 @pytest.mark.parametrize(

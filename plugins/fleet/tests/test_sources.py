@@ -16,7 +16,7 @@ import pytest
 
 from plugins.fleet.tests.needed import needed
 from plugins.fleet.tests.random_fleet import write_fleet
-from tests.command import run_here
+from tests.command_process import run_here
 
 if TYPE_CHECKING:
     from collections.abc import Callable

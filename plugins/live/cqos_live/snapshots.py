@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from cqos_core.cli.console import emit
+from cqos_core.cli.errors import WrongUsageError
+from cqos_core.cli.file_output import write_file
+from cqos_core.cli.outputs import check_output_paths
 from cqos_core.cli.parameters import output_option, watch_option
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.sinks import check_targets
-from cqos_core.cli.streams import emit, write_file
 from cqos_core.files.yaml_writer import write
 from cqos_core.matching.pipeline import context
 from cqos_core.packs.export import ExportContext
@@ -40,9 +41,9 @@ def snapshot_options(every: float) -> Callable[[F], F]:
 
 def check_snapshot(output: str | None, inputs: Iterable[str], *, watch: bool) -> None:
     """Refuse an output that cannot be written, or that a watch does not have."""
-    check_targets("--output", [] if output is None else [output], inputs)
+    check_output_paths("--output", [] if output is None else [output], inputs)
     if watch and output is not None:
-        raise RefusedError(
+        raise WrongUsageError(
             "--watch prints changes, so there is nothing to write with --output", "leave one of them out"
         )
 

@@ -12,7 +12,7 @@ from cqos_core.packs import LINK, WORDS, parse
 from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.guarantee import FAULTS, faults_of, unstated
 from cqos_mqtt.pack import PACK
-from tests.explained import side
+from tests.explained_values import side
 
 
 def text(**more: Any) -> bytes:

@@ -1,4 +1,4 @@
-"""Pictures of systems and reports: the HTML page, graphs as DOT and Mermaid. Here are only the hooks."""
+"""Pictures of systems and reports: the HTML page, graphs as DOT and Mermaid. This module only has the hooks."""
 
 from __future__ import annotations
 

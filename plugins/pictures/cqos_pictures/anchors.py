@@ -1,4 +1,4 @@
-"""Anchors of the page. The same thing has the same anchor in every report of one system."""
+"""Anchors of the page. A thing keeps its anchor in every report of its system."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Anchors:
     """Makes the anchors of one system; no two on one page are the same."""
 
     def __init__(self, scope: str) -> None:
-        """Take the name that tells the system from others on the page."""
+        """Take the unique name of the system on the page."""
         self._scope = scope
         self._given: Counter[str] = Counter()
 
     def give(self, kind: str, name: str, *identity: str) -> str:
-        """Return a new anchor, such as ``topic-scan-1f0c2a9b77e0``; ``identity`` is what makes the thing the same thing, else its name."""
+        """Return a new anchor, such as ``topic-scan-1f0c2a9b77e0``; ``identity`` distinguishes things of one name."""
         text = json.dumps([self._scope, kind, *(identity or (name,))])
         digest = hashlib.sha256(text.encode()).hexdigest()[:12]
-        # Names may hold anything, so the hash is the identity, and the words are for readers.
+        # Names may have any characters, so the hash is the identity, and the words are for readers.
         words = [kind, _OTHER.sub("-", name)[:_LONGEST].strip("-"), digest]
         anchor = "-".join(each for each in words if each)
         self._given[anchor] += 1
@@ -41,7 +41,7 @@ def scopes(reports: Sequence[Report]) -> dict[int, str]:
     found: dict[int, str] = {}
     taken: Counter[str] = Counter()
     for each in sorted(reports, key=lambda each: each.sources):
-        # Files that are one system without a name have none in common that another file would not change.
+        # Several files without system name have no common name that stays when a file is added.
         name = each.system or (each.sources[0] if len(each.sources) == 1 else "")
         taken[name] += 1
         found[id(each)] = name if taken[name] == 1 else f"{name}\n{taken[name]}"

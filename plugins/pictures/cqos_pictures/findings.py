@@ -1,4 +1,4 @@
-"""Findings as data for the page: sentences, excerpts of sources with marks, and fixes as changed lines."""
+"""Data of findings for the page: sentences, marked excerpts of sources, and fixes as changed lines."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.formatters.causes import causes, places_of, same_cause
 from cqos_core.formatters.fingerprint import fingerprint
-from cqos_core.formatters.full import pointed_at, saying
+from cqos_core.formatters.full import marked_places, value_label
 from cqos_core.formatters.places import Places
 from cqos_core.model.encoding import decode
 from cqos_core.model.finding import plural
 from cqos_core.model.grouping import grouped
 from cqos_pictures.graph import is_wrong
-from cqos_pictures.words import some, spoken, state
+from cqos_pictures.page_text import first_names, state, text_pieces
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +35,7 @@ _LONGEST: Final = 240
 
 
 class FindingLink(NamedTuple):
-    """A finding as other parts of the page name it; ``target`` is the link to it."""
+    """A link from other parts of the page to a finding."""
 
     severity: Severity
     code: str
@@ -44,11 +44,11 @@ class FindingLink(NamedTuple):
 
 
 class Findings:
-    """Prepares the findings of one report."""
+    """Prepares the findings of one report for the page."""
 
     def __init__(self, report: Report, style: Style, anchors: Anchors) -> None:
-        """Take the worst findings; the rest is counted."""
-        # In the order of the report, so that findings with one fingerprint keep their anchors when others are accepted.
+        """Choose the worst findings to show."""
+        # Anchors in the order of the report stay the same when other findings are accepted.
         found = [(each, anchors.give("finding", each.code, fingerprint(each))) for each in report.findings]
         found.sort(key=lambda each: (each[0].accepted is not None, each[0].severity.rank))
         self._shown = found[:_MOST_FINDINGS]
@@ -66,7 +66,7 @@ class Findings:
         )
 
     def data(self, own: Mapping[Key, str]) -> list[dict[str, Any]]:
-        """Return all of them; ``own`` has the anchors of topics."""
+        """Return the data of the shown findings; ``own`` has the anchors of topics."""
         return [
             {"anchor": anchor, **self._finding(each, number, own)} for number, (each, anchor) in enumerate(self._shown)
         ]
@@ -78,10 +78,10 @@ class Findings:
         fixes = finding.remedies[:3] if number < _MOST_FIXED else ()
         changes = [self._diff(each) for each in fixes]
         plain = [each for number, each in enumerate(finding.remedies) if number >= len(fixes) or not changes[number]]
-        helps = wording.helps(replace(finding, remedies=tuple(plain)))
-        notes = [spoken(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
+        helps = phrases.helps(replace(finding, remedies=tuple(plain)))
+        notes = [text_pieces(each) for each in (*self._same_cause(finding), *_notes(finding), *finding.notes)]
         count = plural(finding.pairs, "pair") if finding.pairs > 1 else ""
-        because = [] if finding.because in finding.message else spoken(finding.because)
+        because = [] if finding.because in finding.message else text_pieces(finding.because)
         excerpts = list(self._excerpts(finding))
         return {
             "state": state(wrong=is_wrong(finding)),
@@ -90,11 +90,11 @@ class Findings:
             "code": finding.code,
             "name": finding.name,
             "link": f"{style.documentation.rstrip('/')}/rules/{finding.code}" if linked else "",
-            "message": spoken(finding.message),
+            "message": text_pieces(finding.message),
             "accepted": finding.accepted or "",
             "excerpts": excerpts,
             "has_excerpts": bool(excerpts),
-            "helps": [spoken(each) for each in helps],
+            "helps": [text_pieces(each) for each in helps],
             "diffs": [each for each in changes if each],
             "notes": notes,
             "has_notes": bool(notes),
@@ -104,7 +104,7 @@ class Findings:
             "has_fixes": bool(helps or any(changes)),
             "topics": [
                 {"topic": topic, "target": f"#{own['topic', topic]}" if ("topic", topic) in own else ""}
-                for topic in some(topics, 6)
+                for topic in first_names(topics, 6)
             ],
             "pairs": count,
         }
@@ -113,23 +113,25 @@ class Findings:
         """Return file and line of a finding, else its topic."""
         if finding.place is None:
             return finding.topic or ""
-        return wording.position(replace(self._places.exact(finding.place), column=None))
+        return phrases.position(replace(self._places.exact(finding.place), column=None))
 
     def _excerpts(self, finding: Finding) -> Iterator[dict[str, Any]]:
-        """Yield lines of sources with everything in them that the finding points at."""
+        """Yield source lines with all marks of the finding."""
         lines: dict[tuple[str, int, str], list[tuple[Excerpt, str, bool]]] = {}
         for number, side in enumerate(finding.sides):
-            for fact, place in pointed_at(side):
+            for fact, place in marked_places(side):
                 excerpt = None if place is None else self._places.excerpt(place)
                 if place is None or excerpt is None:
                     if place is not None:
-                        policy = "" if fact is None else f"{fact.policy} {wording.value(fact)}"
-                        who = ", ".join(some(side.members, 3))
-                        yield {"where": wording.position(place), "who": f"{who} {policy}".strip(), "lines": []}
+                        policy = "" if fact is None else f"{fact.policy} {phrases.value(fact)}"
+                        who = ", ".join(first_names(side.members, 3))
+                        yield {"where": phrases.position(place), "who": f"{who} {policy}".strip(), "lines": []}
                     continue
-                label, value = (side.label, "") if fact is None else saying(side.label, fact, excerpt)
+                label, value = (side.label, "") if fact is None else value_label(side.label, fact, excerpt)
                 named = f"{fact.policy} " if fact is not None and value else ""
-                text = f"{', '.join(some(side.members, 2))} {label}{': ' if label and value else ''}{named}{value}"
+                text = (
+                    f"{', '.join(first_names(side.members, 2))} {label}{': ' if label and value else ''}{named}{value}"
+                )
                 key = (place.source, excerpt.line, excerpt.text)
                 lines.setdefault(key, []).append((excerpt, text.strip(), number == 0))
         for (source, line, text), marks in list(lines.items())[:_MOST_EXCERPTS]:
@@ -164,7 +166,7 @@ class Findings:
         }
 
     def _same_cause(self, finding: Finding) -> Iterator[str]:
-        """Yield which other findings have the same cause; all but the first name only the first."""
+        """Yield a note on other findings of the same cause: the first lists the others, and they name the first."""
         cause = self._causes[id(finding)]
         if finding is not cause.first:
             where = places_of([cause.first], self._places)
@@ -178,7 +180,7 @@ class Findings:
         return self._texts[source]
 
     def _diff(self, remedy: Remedy) -> dict[str, Any] | None:
-        """Return the lines that a fix changes, before and after; None where no file is changed."""
+        """Return the lines that a fix changes, before and after; None if no file changes."""
         lines: list[dict[str, str]] = []
         where = ""
         for source, made in (self._style.replaced(remedy.edits) if remedy.edits else {}).items():
@@ -190,11 +192,11 @@ class Findings:
                 where = where or f"{source}:{before.count(chr(10), 0, start) + 1}"
                 old, new = before[first:last], before[first:start] + text + before[end:last]
                 lines += _changed(old.split("\n"), new.split("\n"))
-        return {"fix": spoken(wording.fix(remedy)), "where": where, "changes": lines} if lines else None
+        return {"fix": text_pieces(phrases.fix(remedy)), "where": where, "changes": lines} if lines else None
 
 
 def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:
-    """Return lines that are gone and lines that came; those that stay are left out."""
+    """Return removed and added lines."""
     stay = {line for line in old if line in new}
     return [
         {"sign": sign, "kind": kind, "text": line.rstrip("\r").replace("\t", "    ")[:_LONGEST]}
@@ -205,7 +207,7 @@ def _changed(old: Sequence[str], new: Sequence[str]) -> list[dict[str, str]]:
 
 
 def _pieces(text: str, marks: Sequence[Excerpt]) -> Iterator[dict[str, Any]]:
-    """Yield a line in pieces, marked and not."""
+    """Yield the pieces of a line, each marked or not."""
     at = 0
     for mark in sorted(marks, key=lambda each: each.column):
         start, end = max(mark.column - 1, at), mark.column - 1 + mark.width
@@ -219,4 +221,4 @@ def _pieces(text: str, marks: Sequence[Excerpt]) -> Iterator[dict[str, Any]]:
 
 def _notes(finding: Finding) -> Iterator[str]:
     if finding.worlds:
-        yield wording.worlds(finding.worlds)
+        yield phrases.worlds(finding.worlds)

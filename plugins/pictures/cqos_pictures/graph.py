@@ -1,4 +1,4 @@
-"""The graph of a system: owners of endpoints, their topics, and the pairs on them; as much of it as a person can read."""
+"""The graph of a system: participants, bridges, topics and pairs, bounded to a readable size."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_pictures.picture_parts import Picture, PicturedEnd
 
 MOST_TOPICS: Final = 24
-"""Up to so many topics, each is a node; of more, lines between participants count them."""
+"""The most topics that are nodes; with more, lines connect participants directly."""
 _MOST_OWNERS: Final = 60
 _MOST_LINES: Final = 240
 
@@ -44,16 +44,16 @@ class DrawnNode:
 
     @property
     def key(self) -> Key:
-        """What lines name it by."""
+        """Its key in lines."""
         return self.kind, self.name
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Samples go from one node to another.
+    """Samples from one node to another.
 
     Attributes:
-        topics: where no node between the two is the topic, those of the worst verdict first.
+        topics: the topics between two participants, those of the worst verdict first.
         worst: how many of them have the verdict of the line.
     """
 
@@ -66,7 +66,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class DrawnGraph:
-    """What is drawn, and what is left out, in words."""
+    """Nodes and lines of a drawing, and notes on what is left out."""
 
     nodes: tuple[DrawnNode, ...]
     lines: tuple[Line, ...]
@@ -75,7 +75,7 @@ class DrawnGraph:
 
 @dataclass(slots=True)
 class Usage:
-    """What each owner does on each topic.
+    """The use of topics by owners (participants and bridges).
 
     Attributes:
         roles: of an owner on a topic; ``ends`` has every endpoint by its id.
@@ -97,7 +97,7 @@ class Usage:
     takes: dict[Key, set[_Loud]] = field(default_factory=dict)
 
     def note(self, end: PicturedEnd, topic: str, verdict: Verdict | None) -> None:
-        """Count one endpoint on one topic, with the worst verdict of its pairs there."""
+        """Add one endpoint on one topic, with the worst verdict of its pairs there."""
         owner = owner_of(end)
         self.roles.setdefault((owner, topic), set()).add(end.role)
         key = (owner, topic, end.role)
@@ -107,7 +107,7 @@ class Usage:
         self.protocols.setdefault(owner, set()).add(end.protocol)
 
     def note_finding(self, finding: Finding, loud: _Loud) -> None:
-        """Remember on which lines the ends are that a finding names."""
+        """Record the lines of the endpoints of a finding."""
         for end in self._ends_of(finding):
             way = (owner_of(end), ("topic", end.topic))
             source, target = way if end.role == PUBLISHER else way[::-1]
@@ -140,7 +140,7 @@ def worse(one: Verdict | None, other: Verdict | None) -> Verdict | None:
 
 
 def ranked(found: Mapping[str, Verdict | None] | Mapping[Key, Verdict | None]) -> list[tuple[object, Verdict | None]]:
-    """Return what was found, the worst first, then by name."""
+    """Return items by verdict, the worst first, then by name."""
     return sorted(found.items(), key=lambda each: (-rank(each[1]), each[0]))
 
 
@@ -150,7 +150,7 @@ def rank(verdict: Verdict | None) -> int:
 
 
 def usage(report: Report, picture: Picture) -> Usage:
-    """Return what each owner does on each topic of a report."""
+    """Return the use of topics by owners in a report."""
     found = Usage({each.id: each for each in picture.ends})
     paired = set()
     for group in report.groups:
@@ -200,28 +200,28 @@ def graph_of(report: Report, picture: Picture, used: Usage | None = None) -> Dra
 
 
 def _partners(report: Report, used: Usage) -> Iterator[Key]:
-    """Yield owners, those of the worst pairs first, and both ends of a pair together."""
+    """Yield owners by their worst pairs; both ends of a pair follow each other."""
     for group in sorted(report.groups, key=lambda each: -rank(each.verdict)):
         for pair in zip_longest(group.publishers, group.subscribers):
             yield from (owner_of(used.ends[name]) for name in pair if name in used.ends)
 
 
 def stages(graph: DrawnGraph, used: Usage) -> list[tuple[str, DrawnGraph]]:
-    """Return the graph as it grows, each stage with its name: what has errors, warnings too, neighbours too, everything."""
+    """Return growing parts of the graph, each with its name: errors, warnings, neighbours, everything."""
     loud = _wrong_part(graph, used, {Severity.ERROR})
     wrong = _wrong_part(graph, used, {*_LOUD.values()})
     core = {node.key for node in wrong.nodes}
     beside = [line for line in graph.lines if line.source in core or line.target in core]
     near = _part(graph, core | _ends(beside), beside)
     grown = [("errors", loud), ("warnings", wrong), ("neighbours", near)]
-    # A stage without a node is no choice, and neither is one that adds nothing to the one before, or lacks nothing.
+    # Empty stages, and stages equal to the one before or to the whole graph, are no choice.
     parts = [_part(graph, (), ()), *(part for _, part in grown)]
     kept = [each for each, before in zip(grown, parts, strict=False) if each[1] not in (before, graph)]
     return [*kept, ("everything", graph)] if graph.nodes else []
 
 
 def _wrong_part(graph: DrawnGraph, used: Usage, severities: set[Severity]) -> DrawnGraph:
-    """Return the nodes and lines with such verdicts, and those that findings of such severities name."""
+    """Return the nodes and lines with verdicts or findings of some severities."""
     lines = []
     for line in graph.lines:
         found = {each[1] for each in used.sends.get(line.source, _NONE) & used.takes.get(line.target, _NONE)}

@@ -87,12 +87,12 @@ def _mermaid(graph: DrawnGraph, _name: str) -> Iterator[str]:
 
 
 def _entities(text: str) -> str:
-    """Return text as Mermaid shows it: everything that may mean something is a numbered entity."""
+    """Return text for Mermaid, with special characters as numbered entities."""
     return _SPECIAL.sub(lambda found: f"#{ord(found[0])};", clean(text))
 
 
 def _about(line: Line) -> str:
-    """Return on which topics the line has its verdict, where no node stands for the topic; the verdict where it is no good one."""
+    """Return the label of a line: its topics, unless they are nodes, and its verdict, unless it is compatible."""
     topics = "" if not line.topics else line.topics[0] if line.worst == 1 else f"{line.worst} topics"
     wrong = str(line.verdict) if line.verdict in {Verdict.INCOMPATIBLE, Verdict.UNKNOWN} else ""
     return f"{topics}: {wrong}" if topics and wrong else topics or wrong

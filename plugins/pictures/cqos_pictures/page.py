@@ -1,4 +1,4 @@
-"""``--format html``: one file that needs nothing else, with the findings, a picture, topics and guarantees of each system."""
+"""``--format html``: one self-contained file with findings, graph, topics and guarantees of each system."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import hashlib
 from base64 import b64encode
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.formatters import wording
+from cqos_core.formatters import phrases
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_pictures import tables
 from cqos_pictures.anchors import Anchors, scopes
-from cqos_pictures.drawing import drawn
 from cqos_pictures.findings import Findings
 from cqos_pictures.graph import graph_of, is_wrong, stages, usage
+from cqos_pictures.page_text import counted, first_names, state, symbol, text_pieces
 from cqos_pictures.picture import picture_of
 from cqos_pictures.picture_parts import Picture, PicturedEnd
-from cqos_pictures.template import data_file, rendered
+from cqos_pictures.svg_graph import svg_graph
+from cqos_pictures.template import data_file, render_template
 from cqos_pictures.topics import listed, owner_entries, topic_entries
-from cqos_pictures.words import counted, some, spoken, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,11 +34,11 @@ _BAR: Final = 600
 
 
 def render_html(report: Report, style: Style) -> str:
-    """Return a page with everything of the report that a person can take in; what is left out is counted."""
+    """Return the page of a report; parts beyond the bounds are counted."""
     parts = sorted(report.parts or (report,), key=lambda each: -each.verdict.rank)
     scope = scopes(parts)
     systems = [_system(each, style, Anchors(scope[id(each)])) for each in parts[:_MOST_SYSTEMS]]
-    name = wording.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
+    name = phrases.heading(report) or (f"{len(parts)} systems" if report.parts else "report")
     sheet, script = data_file("style.css"), data_file("script.js")
     values = {
         "title": f"{name}: {report.verdict_words}",
@@ -54,7 +54,7 @@ def render_html(report: Report, style: Style) -> str:
         "script_hash": _hash(script),
     }
     # Both are ours, and hold no name of a system; everything else is escaped.
-    page = rendered("page", values)
+    page = render_template("page", values)
     return page.replace("/*style*/", sheet, 1).replace("/*script*/", script, 1)
 
 
@@ -101,7 +101,7 @@ def _tiles(report: Report) -> Iterator[dict[str, str]]:
 def _listed(reports: list[Report]) -> list[dict[str, str]]:
     return [
         {
-            "name": wording.heading(each),
+            "name": phrases.heading(each),
             "verdict": each.verdict.value,
             "verdict_words": each.verdict_words,
             "state": state(wrong=_is_wrong(each)),
@@ -127,17 +127,17 @@ def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
     owners = owner_entries(used, own, links)
     return {
         "anchor": anchor,
-        "name": wording.heading(report) or "system",
+        "name": phrases.heading(report) or "system",
         "state": state(wrong=_is_wrong(report)),
-        "sources": some(report.sources, 12),
+        "sources": first_names(report.sources, 12),
         "partial": report.partial,
         "unmatched": report.unmatched,
-        "assumed": [*wording.assumed(report)],
-        "not_read": list(filter(None, [", ".join(wording.not_read(report))])),
-        "coverage": [spoken(each) for each in some([*wording.coverage(report)], _MOST_UNREAD)]
+        "assumed": [*phrases.assumed(report)],
+        "not_read": list(filter(None, [", ".join(phrases.not_read(report))])),
+        "coverage": [text_pieces(each) for each in first_names([*phrases.coverage(report)], _MOST_UNREAD)]
         if report.coverage.percent < _ALL
         else [],
-        "not_checked": [spoken(each) for each in report.not_checked],
+        "not_checked": [text_pieces(each) for each in report.not_checked],
         **_head(report),
         "graph": drawings,
         "has_graph": bool(graph.nodes),
@@ -159,11 +159,11 @@ def _system(report: Report, style: Style, anchors: Anchors) -> dict[str, Any]:
 
 
 def _stages(graph: DrawnGraph, used: Usage, own: dict[Key, str], anchor: str) -> dict[str, Any]:
-    """Return the drawings of a graph as it grows; without a node there is none."""
+    """Return the drawings of the growing graph."""
     targets = {key: f"#{name}" for key, name in own.items()}
     found = [
         {
-            **drawn(part, targets),
+            **svg_graph(part, targets),
             "number": number,
             "stage": name,
             "step": name if name == "everything" or not number else f"+ {name}",
@@ -183,7 +183,7 @@ def _stages(graph: DrawnGraph, used: Usage, own: dict[Key, str], anchor: str) ->
 
 
 def _from_ids(report: Report) -> Picture:
-    """Return the picture of a report without its system: each endpoint for itself, or for the participant that its id names."""
+    """Return the picture of a report without its system; the owners come from the ids of endpoints."""
     ends = {
         name: PicturedEnd(name, name.partition(f"/{role}/")[0], False, role, group.topic, group.protocol)
         for group in report.groups

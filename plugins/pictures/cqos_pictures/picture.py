@@ -24,9 +24,9 @@ MOST_PATHS: Final = 40
 
 
 def picture_of(report: Report, system: System, where: CheckContext, runs: Sequence[Mapping[str, Any]] = ()) -> Picture:
-    """Return what pictures of a system show beside a report of it; at most `MOST_PATHS` pairs are explained.
+    """Return the picture of a system and its report, with at most `MOST_PATHS` explained pairs.
 
-    Those of the ``runs`` are shown that are of pairs of the system.
+    It includes the ``runs`` of pairs of the system.
     """
     pipeline = Pipeline(system, where)
     picture = ends_of(pipeline)
@@ -79,9 +79,9 @@ def _wanted(pipeline: Pipeline, report: Report) -> Iterator[tuple[str, Resolved]
                 yield first, requiring[name]
     # What arrives over bridges only has no pair with its source in the report.
     if pipeline.hops:
-        from cqos_core.behaviour.paths.delivery_paths import Arrivals
+        from cqos_core.behaviour.paths.delivery_paths import DeliveryPaths
 
-        arrivals = Arrivals(pipeline.hops, pipeline.topics)
+        arrivals = DeliveryPaths(pipeline.hops, pipeline.topics)
         sources = [each for each in pipeline.endpoints if each.role == PUBLISHER and each.bridge is None]
         for source in sources[:MOST_PATHS]:
             for name in arrivals.ways(source):

@@ -1,4 +1,4 @@
-"""What a picture of a system shows beside its report: participants, bridges and the paths of requirements."""
+"""The data of pictures beside the report: participants, bridges and paths of requirements."""
 
 from __future__ import annotations
 

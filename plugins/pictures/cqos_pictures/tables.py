@@ -9,7 +9,7 @@ from cqos_core.model.finding import Verdict, plural
 from cqos_core.packs.guarantee import LINK
 from cqos_core.packs.prover import Event
 from cqos_pictures.graph import rank
-from cqos_pictures.words import WORDS, some, state, symbol
+from cqos_pictures.page_text import WORDS, first_names, state, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -69,7 +69,7 @@ def _requirement(path: RequirementPath) -> dict[str, Any] | None:
                 "hops": [_given(hop.get(each.word, "unknown")) for hop in by_hop],
                 "end": _given(each.value),
                 "cells": _cells(each, faults),
-                "lost": some(list(dict.fromkeys(code for code, _ in _losses(each))), _MOST_CODES),
+                "lost": first_names(list(dict.fromkeys(code for code, _ in _losses(each))), _MOST_CODES),
             }
             for each in pair.guarantees
         ],
@@ -83,12 +83,12 @@ def _requirement(path: RequirementPath) -> dict[str, Any] | None:
 
 
 def _limit(text: str) -> str:
-    """Return what is required beside the word itself."""
+    """Return the limit of a requirement, if it has one."""
     return "" if text in {"", "true"} else text
 
 
 def _steps(path: RequirementPath) -> Iterator[dict[str, Any]]:
-    """Yield what samples pass on their way: both ends, and topics and bridges between them."""
+    """Yield the steps of a path: both ends, and topics and bridges between them."""
     yield {"kind": "end", "text": path.publisher, "detail": "publisher", "verdict": "", "symbol": ""}
     for number, hop in enumerate(path.pair.hops, 1):
         verdict = {"verdict": WORDS[hop.verdict], "symbol": symbol(hop.verdict)}
@@ -118,7 +118,7 @@ def _losses(guarantee: Guarantee) -> list[tuple[str, str]]:
 
 
 def _proofs(guarantees: tuple[Guarantee, ...]) -> list[str]:
-    """Return what was seen on running middleware, and for what it was derived."""
+    """Return on which middleware guarantees were proven, and for which ones derived."""
     cells = [cell for each in guarantees for cell in each.cells]
     proven = dict.fromkeys(name for cell in cells for name in cell.proven)
     derived = dict.fromkeys(name for cell in cells for name in cell.derived)
@@ -149,5 +149,5 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
         "kind": "agrees" if run["agrees"] else "error",
         "answer": "as C-QoS says" if run["agrees"] else "not as C-QoS says",
         "disagreements": run["disagreements"],
-        "lines": some(lines, _MOST_LINES),
+        "lines": first_names(lines, _MOST_LINES),
     }

@@ -28,7 +28,7 @@ def data_file(name: str) -> str:
     return (files(__package__) / "html" / name).read_text(encoding="utf-8")
 
 
-def rendered(name: str, values: dict[str, Any]) -> str:
+def render_template(name: str, values: dict[str, Any]) -> str:
     """Return the template ``name.html`` with values."""
     return "".join(_render(_template(name), (values,)))
 

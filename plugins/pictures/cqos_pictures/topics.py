@@ -1,4 +1,4 @@
-"""Topics and participants of the page: what each is about in one line, and its pairs, findings and ends below that."""
+"""Data of topics and participants for the page: a headline, and pairs, findings and endpoints below it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.finding import Severity, Verdict, plural
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_pictures.drawing import short
 from cqos_pictures.graph import rank
-from cqos_pictures.words import WORDS, counted, some, state, symbol
+from cqos_pictures.page_text import WORDS, counted, first_names, state, symbol
+from cqos_pictures.svg_graph import short
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping, Sequence
@@ -98,7 +98,7 @@ def _topic(
         "loose": [
             f"{role} {name} has no partner"
             for role in _ARROWS
-            for name in some([end.id for end in loose if end.role == role], _MOST_PAIRS)
+            for name in first_names([end.id for end in loose if end.role == role], _MOST_PAIRS)
         ],
     }
 
@@ -127,7 +127,7 @@ def _pairs(topic: str, groups: Sequence[Group], anchors: Anchors) -> Iterator[di
                     "subscriber": subscriber,
                     "verdict": WORDS[group.verdict],
                     "symbol": symbol(group.verdict),
-                    "codes": ", ".join(some(group.codes, 4)),
+                    "codes": ", ".join(first_names(group.codes, 4)),
                 }
 
 

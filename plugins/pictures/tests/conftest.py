@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.browser import WAIT
-from tests.command import run
+from tests.command_process import run
 
 DESK = {"width": 1280, "height": 900}
 

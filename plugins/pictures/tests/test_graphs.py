@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cqos_pictures.layout import layered
 from plugins.pictures.tests.systems import FLEET, HOSTILE, hostile, large
 from tests.browser import missing
-from tests.command import run
+from tests.command_process import run
 from tests.modeler.conftest import ROOT
 
 nodes = st.integers(1, 12)

@@ -13,7 +13,7 @@ import pytest
 from plugins.pictures.tests.conftest import DESK, open_all, page, written
 from plugins.pictures.tests.systems import FLEET, HOSTILE, hostile, large
 from tests.browser import violations
-from tests.command import run
+from tests.command_process import run
 from tests.modeler.conftest import ROOT
 
 

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
-from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.console import colored, emit, say, width
+from cqos_core.cli.errors import WrongUsageError, say_error
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.file_output import replace_files
+from cqos_core.cli.input_reader import prepare_reader
 from cqos_core.cli.parameters import color_option, debug_option, diff_option, fix_option, form_option, show_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.streams import colored, emit, replace_files, say, width
-from cqos_core.files.opening import STDIN
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
+from cqos_core.files.source_files import STDIN
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict, plural
 from cqos_planning.plan_text import PlanWords, plan_as_json, plan_as_text
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cqos_core.analysis.plan import RepairPlan
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.model.system import System
 
 Make: TypeAlias = "Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], RepairPlan]"
@@ -84,12 +86,12 @@ def plan_command(words: PlanWords) -> Callable[[Callable[..., Make]], Callable[.
 def _carry_out(ctx: click.Context, run: PlanRun, make: Make, words: PlanWords) -> int:
     """Read the paths as one system, make the plan, and print or write it; return the exit code."""
     if STDIN in run.paths:
-        raise RefusedError("a plan changes files, and `-` is none", "write the path of the file", ctx)
-    reader = prepare(run.reading, run.paths)
-    system, loaded = reader.one(run.paths, run.color)
+        raise WrongUsageError("a plan changes files, and `-` is none", "write the path of the file", ctx)
+    reader = prepare_reader(run.reading, run.paths)
+    system, loaded = reader.read_system(run.paths, run.color)
     files = [path for path, _ in loaded.systems]
     with Progress("solving"):
-        plan = make(system, lambda texts: reader.again(files, texts), reader)
+        plan = make(system, lambda texts: reader.reread(files, texts), reader)
     if not plan.before.endpoints:
         unjudged = ("none of its endpoints could be checked", "`cqos check` says why")
         say_error(*(unjudged if system.endpoints else ("there is no endpoint in it", "")), choice=run.color)

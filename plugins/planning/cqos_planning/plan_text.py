@@ -1,4 +1,4 @@
-"""Plans of changes, as text and as JSON: those of ``cqos repair`` and ``cqos suggest``."""
+"""Plans of ``cqos repair`` and ``cqos suggest``, as text and JSON."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PlanWords:
-    """What a command says.
+    """The sentences of a command.
 
     Attributes:
-        nothing: where nothing has to change.
-        impossible, rest: of a conflict, where nothing can be reached, and where all else is.
-        least: of a plan that is proven; `tried`: that only among some values.
+        nothing: nothing has to change.
+        impossible: a conflict excludes every plan.
+        rest: a conflict remains, and all else is repaired.
+        least: the plan is proven minimal.
+        tried: the plan is proven minimal among some values.
     """
 
     nothing: str
@@ -38,7 +40,7 @@ class PlanWords:
 def plan_as_text(
     plan: RepairPlan, words: PlanWords, columns: int, *, color: bool, written: bool, reasons: bool = False
 ) -> str:
-    """Return a plan for people: each change in two lines, or with its ``reasons`` and costs, or what is in conflict."""
+    """Return a plan as text: each change in two lines, or with ``reasons`` and costs; or its conflicts."""
     colors, wrapped = paint(color=color), partial(_indented, columns)
     if plan.confirmed and not plan.changes:
         return f"{words.nothing}\n"
@@ -88,12 +90,12 @@ def plan_as_text(
 
 
 def _few(places: Sequence[str]) -> list[str]:
-    """Return the first of some places, and how many more there are."""
+    """Return the first place, and the number of further ones."""
     return [*places[:1], *([f"and {plural(len(places) - 1, 'more place')}"] if len(places) > 1 else [])]
 
 
 def _in_short(change: PlannedChange) -> str:
-    """Return what a change replaces, what else it means, and the rules because of which it is made."""
+    """Return old value, remarks and rules of a change on one line."""
     rules = list(dict.fromkeys(reason.partition(":")[0] for reason in change.because))
     because = [f"because of {', '.join(rules)}"] if rules else []
     return "; ".join([*_remarks(change), *because])
@@ -118,7 +120,7 @@ def _remarks(change: PlannedChange) -> list[str]:
 
 
 def plan_as_json(plan: RepairPlan, *, written: bool) -> str:
-    """Return a plan for programs."""
+    """Return a plan as JSON."""
     at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
 
     def change(each: PlannedChange) -> dict[str, Any]:

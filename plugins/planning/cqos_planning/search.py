@@ -7,7 +7,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.plan import PlannedChange, RepairPlan, is_known, members_of
-from cqos_core.files.applying import Edited, apply_edits
+from cqos_core.files.edited_files import Edited, apply_edits
 from cqos_core.language.solutions import restated
 from cqos_core.matching.judge import ask
 from cqos_core.model.dataclass import dataclass

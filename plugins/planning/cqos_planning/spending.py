@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour.paths.budgets import budgets
-from cqos_core.behaviour.paths.growth import LEAST_FACTOR, grown, memory_of, traffic_of
+from cqos_core.behaviour.paths.budgets import budgets_of_system
+from cqos_core.behaviour.paths.growth import LEAST_FACTOR, growth_in_words, memory_of, traffic_of
 from cqos_core.behaviour.paths.link_facts import rate_text, size_text
 from cqos_core.checking.topic_check import settled
 from cqos_core.language.solutions import restated
@@ -65,7 +65,7 @@ class _Prices:
             topic, changing = _parted(self._topic(key), members)
             without = {id(each): self._without(each, change.policy) for each in changing}
             if not everything:
-                yield from grown(topic, changing, without, {})
+                yield from growth_in_words(topic, changing, without, {})
                 continue
             memory, less = memory_of(changing, {}), memory_of(changing, without)
             if memory is not None and less is not None and memory.size != less.size:
@@ -155,8 +155,8 @@ def _grown_links(before: CheckedSystem, after: CheckedSystem) -> Iterator[str]:
     """Yield the links whose load the changes multiply."""
     if not before.pipeline.system.links:
         return
-    old = {(each.link.name, each.inward): each for each in budgets(before.pipeline).loads}
-    for load in budgets(after.pipeline).loads:
+    old = {(each.link.name, each.inward): each for each in budgets_of_system(before.pipeline).loads}
+    for load in budgets_of_system(after.pipeline).loads:
         was = old.get((load.link.name, load.inward))
         now, then = load.certain, 0.0 if was is None else was.certain
         if now >= LEAST_FACTOR * then and now > 0:

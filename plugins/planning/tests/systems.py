@@ -13,7 +13,7 @@ from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.settings import Setting
 from cqos_planning.constraints import Goals
 from cqos_planning.model import build
-from tests.worlds import POST
+from tests.made_up_protocol import POST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import cqos_core as cqos
-from cqos_core.files.loading import read_source
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
+from cqos_core.files.source_reader import read_source
 
 CASES = Path(__file__).parent / "importers" / "cases"
 DESIGN = b"""\

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.files.ignoring import GENERATED
-from cqos_core.files.walking import Skipped, shortened, walk
+from cqos_core.files.folder_walk import SkippedFolder, shortened, walk
+from cqos_core.files.ignore_patterns import GENERATED_FOLDERS
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, endpoint_id, numbered
 from cqos_ros2_sources.calling import invoke
@@ -57,7 +57,7 @@ def learn_clients(folder: str, tables: dict[str, Table], protocol: str) -> Learn
     found = LearnedClients(System(name=Path(workspace.root).name, protocol=protocol, partial=True))
     names: dict[str, int] = {}
     for language, table in tables.items():
-        skipped: list[Skipped] = []
+        skipped: list[SkippedFolder] = []
         paths = [path for path in _sources(workspace.root, skipped) if path.endswith(table.lists["files"])][:MOST_FILES]
         for each in skipped:
             gap = ("what a folder holds", each.cause, shortened(os.path.relpath(each.path, workspace.root)))
@@ -76,9 +76,9 @@ def learn_clients(folder: str, tables: dict[str, Table], protocol: str) -> Learn
     return found
 
 
-def _sources(root: str, skipped: list[Skipped]) -> Iterator[str]:
+def _sources(root: str, skipped: list[SkippedFolder]) -> Iterator[str]:
     for folder, inner, names in walk(root, skipped):
-        inner[:] = sorted(each for each in inner if not each.startswith(".") and each not in GENERATED)
+        inner[:] = sorted(each for each in inner if not each.startswith(".") and each not in GENERATED_FOLDERS)
         for name in sorted(names):
             path = os.path.join(folder, name)  # noqa: PTH118
             if not os.path.islink(path):  # noqa: PTH114

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from cqos_core.cli.console import emit
+from cqos_core.cli.file_output import replace_files, write_new_file
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.streams import emit, replace_files, write_new_file
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.files.yaml_writer import write
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem

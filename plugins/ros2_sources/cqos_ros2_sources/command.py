@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import click
 
+from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import WrongUsageError
+from cqos_core.cli.file_output import replace_files, write_new_file
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import debug_option, diff_option, output_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.streams import emit, replace_files, say, write_new_file
 from cqos_core.importers.source_reading import did_you_mean
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
@@ -91,7 +92,7 @@ def learn(
         _convert(path, packages, nodes, output, unfit={"--diff": show_diff, "--calls": calls})
         return
     if nodes:
-        raise RefusedError("--node is for a file of what ran", "write its path", ctx)
+        raise WrongUsageError("--node is for a file of what ran", "write its path", ctx)
     if not packages and _without_packages(path):
         from cqos_ros2_sources.clients_command import learn_folder
 
@@ -118,9 +119,9 @@ def _convert(
     from cqos_ros2_sources.converting import convert
 
     for option in (name for name, given in unfit.items() if given):
-        raise RefusedError(f"{option} is for sources, and `{path}` is another file", f"leave {option} out")
+        raise WrongUsageError(f"{option} is for sources, and `{path}` is another file", f"leave {option} out")
     if len(packages) > 1:
-        raise RefusedError("the nodes of a file are of one package", "write --package once")
+        raise WrongUsageError("the nodes of a file are of one package", "write --package once")
     convert(path, next(iter(packages), None), nodes, output)
 
 

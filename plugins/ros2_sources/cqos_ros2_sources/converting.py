@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import cqos_core as cqos
-from cqos_core.cli.streams import emit, write_new_file
-from cqos_core.files.opening import read_path
+from cqos_core.cli.console import emit
+from cqos_core.cli.file_output import write_new_file
+from cqos_core.files.source_files import read_path
 from cqos_core.importers.source_reading import did_you_mean, listed
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem

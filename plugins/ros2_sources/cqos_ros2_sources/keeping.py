@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.model.problems import InputError
 from cqos_ros2_sources.packages import dependencies
 from cqos_ros2_workspace import executables

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cqos_core import Endpoint, Participant, Setting, System, Topic
 from cqos_core.api import context
 from cqos_core.cli.app import run as command
-from cqos_core.files.exporting import judged
+from cqos_core.files.export import export_input
 from cqos_core.model.source import OPTIONS, ReadContext, Source
 from cqos_core.packs.export import ExportContext
 from cqos_ros2.exporters.ros2_package import write
@@ -71,7 +71,7 @@ def system_of(endpoints):
 def shape(system):
     """Return what the endpoints of a system are: node, role, kind, topic, type, and policies that need a mention."""
     found = []
-    for each in judged(system, CONTEXT).endpoints:
+    for each in export_input(system, CONTEXT).endpoints:
         part = each.parts[0]
         values = [effective(part, policy) for policy in QOS]
         said = tuple((value.policy.name, value.word, value.number) for value in values if not is_rmw_default(value))

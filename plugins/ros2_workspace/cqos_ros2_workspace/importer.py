@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.opening import open_file
+from cqos_core.files.source_files import open_file
 from cqos_core.importers.source_reading import did_you_mean, listed
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place

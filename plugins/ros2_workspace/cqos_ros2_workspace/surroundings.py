@@ -7,7 +7,7 @@ import posixpath
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.opening import read_path
+from cqos_core.files.source_files import read_path
 from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
@@ -90,13 +90,13 @@ def not_ignored(files: Sequence[str]) -> list[str]:
 
 def all_below(folder: str) -> list[str]:
     """Return the files of the packages of a folder, and of the folder itself."""
-    from cqos_core.files.ignoring import GENERATED
-    from cqos_core.files.walking import Skipped, walk
+    from cqos_core.files.folder_walk import SkippedFolder, walk
+    from cqos_core.files.ignore_patterns import GENERATED_FOLDERS
 
-    skipped: list[Skipped] = []
+    skipped: list[SkippedFolder] = []
     found = []
     for inner, folders, names in walk(folder, skipped):
-        folders[:] = sorted(each for each in folders if not each.startswith(".") and each not in GENERATED)
+        folders[:] = sorted(each for each in folders if not each.startswith(".") and each not in GENERATED_FOLDERS)
         found += [posixpath.join(inner, each) for each in sorted(names)]
     return not_ignored(found)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.exporting import unique
+from cqos_core.files.export import unique_name
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.export import Exported
@@ -138,7 +138,7 @@ class _File:
                 return known
         library, _, own = topic.rpartition("::") if self.alone else ("", "", topic)
         library = _name(library) if library else _LIBRARY
-        made = _Profile(library, unique(_name(own), self.names.setdefault(library, set())), dict(wanted))
+        made = _Profile(library, unique_name(_name(own), self.names.setdefault(library, set())), dict(wanted))
         self.profiles[topic].append(made)
         return made
 
@@ -159,7 +159,7 @@ class _File:
             if not isinstance(number, int):
                 self.notes[f"participant `{stated_owner.id}`: its domain is not known, so domain 0 is written"] = None
                 number = 0
-            owner = _Owner(unique(_name(stated_owner.id), self.taken), str(number))
+            owner = _Owner(unique_name(_name(stated_owner.id), self.taken), str(number))
             self.owners[stated_owner.id] = owner
         topic = part.key or ""
         type_name = part.endpoint.type
@@ -219,7 +219,7 @@ class _File:
                 holder = below(element, group, name=f"{group}_{number}")
                 below(holder, f"{group}_qos", base_name=base)
                 for topic, name, _ in members:
-                    made = below(holder, inner, name=unique(name, names), topic_ref=topic)
+                    made = below(holder, inner, name=unique_name(name, names), topic_ref=topic)
                     below(made, inner.replace("_", "") + "_qos", base_name=base)
 
 

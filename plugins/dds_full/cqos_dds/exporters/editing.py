@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from lxml import etree
 
-from cqos_core.files.editing import difference
+from cqos_core.files.yaml_edits import difference
 from cqos_core.model.encoding import Lines
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import InvalidValueError

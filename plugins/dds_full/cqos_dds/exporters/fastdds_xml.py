@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.files.exporting import unique
+from cqos_core.files.export import unique_name
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.export import Exported
 from cqos_dds.exporters.xml_form import (
@@ -64,7 +64,7 @@ def write(system: System, context: ExportContext) -> Exported:
             values[DURABILITY.name] = durability
         tag = _TAGS[part.role]
         wanted = each.endpoint.profiles[0].name if alone else each.id
-        name = unique("".join("_" if unsayable(one) else one for one in wanted), names[tag])
+        name = unique_name("".join("_" if unsayable(one) else one for one in wanted), names[tag])
         element = form.below(profiles, tag, profile_name=name)
         written = _topic(
             form, element, part, values, each.id, named=not alone and context.settings.get("topics") == "named"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
-from cqos_core.files.exporting import judged_by
+from cqos_core.files.export import ExportEndpoint, endpoints_of_pack
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
 from cqos_dds.kinds import Compressions
 from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
@@ -17,7 +17,6 @@ from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTE
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.files.exporting import Judged
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Endpoint, Participant, System, Topic
     from cqos_core.packs import Policy, Value
@@ -55,9 +54,11 @@ class Spelling:
     dotted_bytes: bool
 
 
-def dds_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[tuple[Judged, Resolved]]:
+def dds_endpoints(
+    system: System, context: ExportContext, notes: dict[str, None]
+) -> Iterator[tuple[ExportEndpoint, Resolved]]:
     """Yield the endpoints of DDS that the form can express; note what is left out."""
-    for each in judged_by(PROTOCOL, system, context, notes):
+    for each in endpoints_of_pack(PROTOCOL, system, context, notes):
         part = each.whole
         if part is None or not context.wants(each.id):
             continue
@@ -67,7 +68,7 @@ def dds_endpoints(system: System, context: ExportContext, notes: dict[str, None]
             yield each, part
 
 
-def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated | None:
+def stated(each: ExportEndpoint, part: Resolved, notes: dict[str, None]) -> Stated | None:
     """Return the values that are stated for an endpoint; note those that no form can say.
 
     None where nothing of what is stated is known: an empty profile would say that all of it is the default.
@@ -221,7 +222,7 @@ class XmlWriter:
         return base64.b64encode(data).decode("ascii")
 
 
-def only_on_some_topics(each: Judged, notes: dict[str, None]) -> bool:
+def only_on_some_topics(each: ExportEndpoint, notes: dict[str, None]) -> bool:
     """Whether a profile that is tried out is tried on topics that its filters tell apart, which is noted."""
     name = each.endpoint.profiles[0].name
     if each.endpoint.topic == name:

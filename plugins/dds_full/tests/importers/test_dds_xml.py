@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 import cqos_core as cqos
 from cqos_core.cli.app import cli
-from tests.explained import facts, profile_values
+from tests.explained_values import facts, profile_values
 
 
 def dds(*parts, attributes=""):

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.files.loading import depends_on_others, load_paths, recognise
+from cqos_core.files.importer_choice import depends_on_others, recognise
+from cqos_core.files.path_loader import load_paths
 from cqos_core.model.source import Source
 from cqos_core.plugins import load_plugins
 from cqos_dds.importers.detect import claims_dds_xml, claims_fastdds_xml

@@ -3,7 +3,7 @@
 import pytest
 
 import cqos_core as cqos
-from tests.explained import profile_values
+from tests.explained_values import profile_values
 
 OPTION = {"dds": {"implementation": "fastdds_3_6"}}
 

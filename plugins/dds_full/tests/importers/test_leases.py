@@ -4,8 +4,8 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core import InputError
-from cqos_core.files.loading import read_source
-from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import Source
 
 FAST = (

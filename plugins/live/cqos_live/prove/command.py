@@ -14,17 +14,19 @@ import click
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.hypothetical_pairs import with_profiles_tried
-from cqos_core.cli import CLEAN, FINDINGS, UNUSABLE
+from cqos_core.cli.console import colored, emit, say
+from cqos_core.cli.errors import WrongUsageError, say_error
+from cqos_core.cli.exit_codes import CLEAN, FINDINGS, UNUSABLE
 from cqos_core.cli.explain import ends_of
+from cqos_core.cli.file_output import write_file
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import prepare_reader
+from cqos_core.cli.outputs import STDOUT, OutputPairingCommand, OutputTarget, check_output_paths, pair_outputs
 from cqos_core.cli.parameters import color_option, debug_option, formats_option, nearest, output_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.sinks import STDOUT, PairingCommand, Sink, check_targets, pair_sinks
-from cqos_core.cli.streams import colored, emit, say, write_file
-from cqos_core.files.opening import STDIN
-from cqos_core.formatters.proofs import recorded, timeline
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
+from cqos_core.files.source_files import STDIN
+from cqos_core.formatters.proofs import run_record, timeline
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.model.finding import Severity, plural
 from cqos_core.model.problems import CqosError, InvalidValueError
@@ -58,18 +60,18 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
             return value
         kind, _, text = value.partition("=")
         if kind not in FAULTS:
-            raise RefusedError(f"there is no fault `{kind}`", nearest(kind, FAULTS), ctx, param)
+            raise WrongUsageError(f"there is no fault `{kind}`", nearest(kind, FAULTS), ctx, param)
         try:
             nanoseconds = Duration().parse(text or "1s")
         except InvalidValueError as error:
-            raise RefusedError(f"{kind}: {error.message}", error.advice(), ctx, param) from None
+            raise WrongUsageError(f"{kind}: {error.message}", error.advice(), ctx, param) from None
         if nanoseconds == INFINITE:
-            raise RefusedError(f"{kind} takes a time, found {text!r}", f"write {kind}=2s", ctx, param)
+            raise WrongUsageError(f"{kind} takes a time, found {text!r}", f"write {kind}=2s", ctx, param)
         return Fault(kind, nanoseconds / 1_000_000_000)
 
 
 @click.command(
-    cls=PairingCommand,
+    cls=OutputPairingCommand,
     epilog="Exit codes: 0 every run did what C-QoS says; 1 one did not; 2 wrong usage, input that cannot be read, or a pair "
     "that cannot be run here; 3 internal error.",
 )
@@ -119,20 +121,20 @@ def prove(
     from cqos_core.analysis.run_plan import named
 
     paths, asked = _split(arguments)
-    reader = prepare(reading, paths)
-    sinks = pair_sinks(ctx, formats, outputs, "text")
+    reader = prepare_reader(reading, paths)
+    sinks = pair_outputs(ctx, formats, outputs, "text")
     written = [sink.path for sink in sinks if sink.path != STDOUT]
-    check_targets("--output", written, paths)
-    system, loaded = reader.one(paths, color, partly=True)
+    check_output_paths("--output", written, paths)
+    system, loaded = reader.read_system(paths, color, partly=True)
     read = (*system.sources, *reader.config.sources, *reader.config.packs, *reader.options.pack_files)
-    check_targets("--output", written, read)
+    check_output_paths("--output", written, read)
     system = named(with_profiles_tried(system, reader.protocol), reader.context)
     files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)
     if chosen is None:
         ctx.exit(UNUSABLE)
-    again = None if STDIN in files else partial(reader.again, files)
-    session = _Session(reader.context, on, fault, color, Sink("text") in sinks, again)
+    again = None if STDIN in files else partial(reader.reread, files)
+    session = _Session(reader.context, on, fault, color, OutputTarget("text") in sinks, again)
     for publisher, subscriber, finding in chosen:
         session.prove(system, publisher, subscriber, finding)
     session.end(sinks)
@@ -146,7 +148,7 @@ def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         number += 1
     paths, asked = tuple(arguments[:number]), tuple(arguments[number:])
     if len(asked) > _PAIR:
-        raise RefusedError(
+        raise WrongUsageError(
             f"{', '.join(f'`{each}`' for each in asked)} are no paths",
             "after the paths come one code, or the ids of a publisher and a subscriber",
         )
@@ -267,7 +269,7 @@ class _Session:
             for each in wrong:
                 last = each == wrong[-1]
                 say_error(each, f"report this case to the authors of the rule pack: {file}" if last else "", self.color)
-        self.runs.append(recorded(trial, outcome, fixes, wrong))
+        self.runs.append(run_record(trial, outcome, fixes, wrong))
 
     def show(self, line: str) -> None:
         """Write a line of the result, at once where it goes to standard output."""
@@ -275,14 +277,14 @@ class _Session:
         if self.shown:
             emit(line + "\n")
 
-    def end(self, sinks: Sequence[Sink]) -> None:
+    def end(self, sinks: Sequence[OutputTarget]) -> None:
         """Write the total, and what goes to files or is for programs."""
         if self.runs:
             outcome = f"{self.wrong} not as C-QoS says" if self.wrong else "all as C-QoS says"
             self.show(f"{plural(len(self.runs), 'run')}: {outcome}")
         texts = {"json": json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n", "text": "".join(self.lines)}
         for sink in sinks:
-            if sink != Sink("text"):
+            if sink != OutputTarget("text"):
                 sink.write(texts[sink.format])
 
 

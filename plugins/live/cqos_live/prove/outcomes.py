@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.run_plan import HERE, named, prepare
 from cqos_core.analysis.system_fixes import with_setting
-from cqos_core.files.applying import apply_edits
+from cqos_core.files.edited_files import apply_edits
 from cqos_core.language.domains import Duration
 from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.settings import Setting

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.editing import difference, insert, insert_nested, state
+from cqos_core.files.yaml_edits import difference, insert, insert_nested, state
 from cqos_core.model.encoding import Lines
 from cqos_core.packs import INFINITE, Duration
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core import Finding, Report, System, check, read
-from cqos_core.files.loading import load_paths
+from cqos_core.files.path_loader import load_paths
 
 Write = Callable[..., list[str]]
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from cqos_core import InputError, Severity, check, read
-from cqos_core.files.loading import GivenSource, included_files, read_together
-from cqos_core.files.opening import SentFiles, open_file, read_path
+from cqos_core.files.source_files import SentFiles, open_file, read_path
+from cqos_core.files.source_reader import GivenSource, included_files, read_together
 from cqos_mqtt.importers import detect
 from cqos_mqtt.importers.codes import CODES
 

@@ -14,7 +14,7 @@ from cqos_ros2.policies import LIFESPAN
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import Judged
+    from cqos_core.files.export import ExportEndpoint
     from cqos_core.model.system import System
     from cqos_core.packs.export import ExportContext
     from cqos_core.resolving.resolved_endpoint import Resolved
@@ -64,7 +64,7 @@ def identifier(text: str, taken: set[str]) -> str:
     return chosen
 
 
-def values_of(each: Judged, part: Resolved, notes: dict[str, None]) -> dict[str, Value]:
+def values_of(each: ExportEndpoint, part: Resolved, notes: dict[str, None]) -> dict[str, Value]:
     """Return the values that code has to say; note those that it cannot."""
     found = {}
     for policy in QOS:

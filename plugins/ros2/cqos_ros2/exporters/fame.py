@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.names import POLICY_NAMES, fold
 from cqos_core.files.bpmn_writer import DIALECT, diagram_of, restate
-from cqos_core.files.exporting import judged_by
+from cqos_core.files.export import endpoints_of_pack
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT
 from cqos_core.packs.export import Exported
@@ -27,7 +27,7 @@ _A_CODE: Final = "0"  # words in its manner are integers; FaMe also writes it fo
 def write(system: System, context: ExportContext) -> Exported:
     """Return the document with all eight policies of each event as FaMe reads them, defaults included."""
     others: dict[str, None] = {}
-    endpoints = list(judged_by(PROTOCOL, system, context, others))
+    endpoints = list(endpoints_of_pack(PROTOCOL, system, context, others))
     found, notes = diagram_of(system, endpoints)
     if found is None:
         return Exported("", 0, (*others, *notes))

@@ -15,7 +15,7 @@ from cqos_ros2.types import full_type_name
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import Judged
+    from cqos_core.files.export import ExportEndpoint
     from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
     from cqos_core.packs.export import ExportContext
@@ -51,7 +51,7 @@ def _documents(nodes: dict[str, dict[str, list[Node]]]) -> Iterator[str]:
         yield document(Block({"nodl_version": Raw(str(VERSION)), **ordered}), [f"{name}.nodl.yaml"])
 
 
-def _entry(each: Judged, notes: dict[str, None]) -> Node | None:
+def _entry(each: ExportEndpoint, notes: dict[str, None]) -> Node | None:
     """Return an entry; None, and a note, for an endpoint that the form cannot state."""
     endpoint = each.endpoint
     if not endpoint.topic or not endpoint.type:

@@ -15,7 +15,7 @@ from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
 from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
 
 if TYPE_CHECKING:
-    from cqos_core.files.exporting import Judged
+    from cqos_core.files.export import ExportEndpoint
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
 _TRANSFORMS: Final = frozenset(("/tf", "/tf_static"))  # tf2's listener lets them be overridden, in RViz as anywhere
@@ -54,7 +54,7 @@ class _Overrides:
                 count += sum(map(bool, by_id.values()))
         return Exported(document(_file(nodes), self._head()) if nodes else "", count, tuple(self.notes))
 
-    def _slot(self, each: Judged) -> _Slot | None:
+    def _slot(self, each: ExportEndpoint) -> _Slot | None:
         """Return where the parameters of an endpoint stand; None where it has none."""
         part = each.whole
         if part is None:
@@ -74,7 +74,7 @@ class _Overrides:
             self.notes[f"`{each.id}`{wrong}"] = None
         return None
 
-    def _policies(self, each: Judged) -> dict[str, Node]:
+    def _policies(self, each: ExportEndpoint) -> dict[str, Node]:
         """Return the policies to override."""
         part = each.parts[0]
         found: dict[str, Node] = {}

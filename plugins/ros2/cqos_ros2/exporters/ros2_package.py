@@ -18,7 +18,7 @@ from cqos_ros2.exporters.values import Value, kind_of, ros_endpoints
 from cqos_ros2.policies import DEADLINE, RMW
 
 if TYPE_CHECKING:
-    from cqos_core.files.exporting import Judged
+    from cqos_core.files.export import ExportEndpoint
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 _TYPE: Final = re.compile(r"([A-Za-z]\w*)/(msg|srv|action)/([A-Za-z]\w*)")
@@ -90,7 +90,9 @@ def write(system: System, context: ExportContext) -> Exported:
     return Exported(text if count else "", count, tuple(notes), files if count else {})
 
 
-def _add(each: Judged, system: System, nodes: dict[str, _Node], modules: set[str], notes: dict[str, None]) -> None:
+def _add(
+    each: ExportEndpoint, system: System, nodes: dict[str, _Node], modules: set[str], notes: dict[str, None]
+) -> None:
     part = each.parts[0]
     endpoint = part.endpoint
     whole = each.whole is not None

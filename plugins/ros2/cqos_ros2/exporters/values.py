@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import judged_by
+from cqos_core.files.export import ExportEndpoint, endpoints_of_pack
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs import ENDPOINT, INFINITE, Choice
 from cqos_ros2.policies import (
@@ -25,7 +25,6 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.files.exporting import Judged
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
     from cqos_core.packs.export import ExportContext
@@ -152,12 +151,12 @@ def _plain(policy: Policy, text: str) -> int:
         raise NoValueError(f"`{text}` is none of its values") from None
 
 
-def ros_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[Judged]:
+def ros_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[ExportEndpoint]:
     """Yield the endpoints of ROS 2, also those that are not to be written; note that there are others."""
-    return judged_by(PROTOCOL, system, context, notes)
+    return endpoints_of_pack(PROTOCOL, system, context, notes)
 
 
-def kind_of(each: Judged) -> str:
+def kind_of(each: ExportEndpoint) -> str:
     """What an endpoint is, for notes: ``a service server``."""
     kind = each.endpoint.kind.replace("_", " ")
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.editing import insert_beside, state
+from cqos_core.files.yaml_edits import insert_beside, state
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

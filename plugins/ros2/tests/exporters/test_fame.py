@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.api import context
-from cqos_core.files.loading import read_source
+from cqos_core.files.source_reader import read_source
 from cqos_core.model.source import Source
 from cqos_core.packs.export import ExportContext
 from cqos_core.plugins import load_plugins
-from tests.command import run_here
+from tests.command_process import run_here
 
 EXAMPLES = Path(__file__).parents[4] / "examples"
 HEAD = """<bpmn:definitions xmlns:bpmn="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos">

@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core import Endpoint, Participant, Profile, ProfileRef, Setting, System
 from cqos_core.api import context
-from cqos_core.files.loading import read_source
-from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import Source
 from cqos_core.packs.export import ExportContext
 from cqos_core.plugins import load_plugins
-from tests.command import run_here
+from tests.command_process import run_here
 
 Role = Literal["publisher", "subscriber"]
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core import InputError
-from cqos_core.files.loading import recognise
+from cqos_core.files.importer_choice import recognise
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 

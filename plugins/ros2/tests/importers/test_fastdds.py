@@ -3,12 +3,12 @@
 import pytest
 
 from cqos_core import InputError, Setting, check
-from cqos_core.files.loading import read_source
-from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import ReadContext, Source
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.importers.fastdds_xml import read
-from tests.explained import facts
+from tests.explained_values import facts
 
 DEADLINE = "<deadline><period><sec>2</sec><nanosec>0</nanosec></period></deadline>"
 BEST_EFFORT = "<reliability><kind>BEST_EFFORT</kind></reliability>"

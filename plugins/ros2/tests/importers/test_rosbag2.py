@@ -9,15 +9,16 @@ from hypothesis import strategies as st
 
 from cqos_core import InputError, Problem, System, check
 from cqos_core.cli.app import cli
-from cqos_core.files.loading import read_source, recognise
-from cqos_core.files.merging import merge
-from cqos_core.files.opening import find_files
+from cqos_core.files.file_search import find_files
+from cqos_core.files.importer_choice import recognise
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_ros2.importers.detect_observed import claims_rosbag2
 from cqos_ros2.importers.rosbag2 import read
 from cqos_ros2.pack import PACK
-from tests import explained
+from tests import explained_values
 
 CASES = Path(__file__).parent / "cases" / "rosbag2"
 FILES = sorted(CASES.iterdir())
@@ -38,7 +39,7 @@ def from_case(name, seen_as=None):
 
 def rows(system):
     """The values of each topic, `?` for what is not known."""
-    return {name.partition("/")[2]: row for name, row in explained.rows(system, PACK, POLICIES).items()}
+    return {name.partition("/")[2]: row for name, row in explained_values.rows(system, PACK, POLICIES).items()}
 
 
 def said(system):

@@ -7,14 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core import InputError, Problem, System, check
-from cqos_core.files.loading import read_source, recognise
-from cqos_core.files.merging import merge
+from cqos_core.files.importer_choice import recognise
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_ros2.importers.detect_observed import claims_rosbag2_overrides
 from cqos_ros2.importers.rosbag2_overrides import read
 from cqos_ros2.pack import PACK
-from tests.explained import facts, rows
+from tests.explained_values import facts, rows
 from tests.growth.linear import assert_linear
 
 CASES = Path(__file__).parent / "cases" / "rosbag2_overrides"

@@ -3,8 +3,8 @@
 import pytest
 
 from cqos_core import check
-from cqos_core.files.loading import read_source
-from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.source import ReadContext, Source
 from cqos_ros2.importers.rviz import read
 

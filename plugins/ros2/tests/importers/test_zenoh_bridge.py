@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check, explain
-from cqos_core.files.loading import read_source
-from cqos_core.files.merging import merge
+from cqos_core.files.source_reader import read_source
+from cqos_core.files.system_merge import merge
 from cqos_core.model.re2_patterns import PatternError, name_matcher
 from cqos_core.model.source import Source
 from cqos_ros2.importers.zenoh_bridge import whole_names

@@ -6,11 +6,11 @@ import json
 
 import click
 
+from cqos_core.cli.console import emit
+from cqos_core.cli.errors import WrongUsageError, wrong_usage
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import Assignment, debug_option, form_option, nearest, variables_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.refusals import RefusedError, refused
-from cqos_core.cli.streams import emit
 
 
 @click.command(
@@ -54,7 +54,7 @@ def launch(
     from cqos_ros2_workspace.launch.shown import as_data, as_text
 
     if len(named) > 2:  # noqa: PLR2004 - DIR and FILE
-        raise RefusedError(f"{len(named)} paths are named, and one folder and one launch file are read", ctx=ctx)
+        raise WrongUsageError(f"{len(named)} paths are named, and one folder and one launch file are read", ctx=ctx)
     given = dict(map(argument, arguments))
     with Progress("reading"):
         packages, path = entry_point(named[-1], named[0] if named[1:] else None)
@@ -62,7 +62,7 @@ def launch(
     unused = [name for name in given if name not in found.arguments]
     if unused and found.arguments:
         message = f"the launch declares no argument `{unused[0]}`"
-        raise refused("--launch-arg", message, nearest(unused[0], found.arguments))
+        raise wrong_usage("--launch-arg", message, nearest(unused[0], found.arguments))
     if form == "json":
         emit(json.dumps(as_data(found, packages), indent=2, ensure_ascii=False) + "\n")
     else:

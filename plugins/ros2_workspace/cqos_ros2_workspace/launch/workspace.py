@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.ignoring import GENERATED
-from cqos_core.files.opening import read_path
-from cqos_core.files.walking import Skipped, walk
+from cqos_core.files.folder_walk import SkippedFolder, walk
+from cqos_core.files.ignore_patterns import GENERATED_FOLDERS
+from cqos_core.files.source_files import read_path
 from cqos_core.model.problems import InputError
 from cqos_core.model.settings import Place
 from cqos_core.model.source import Source
@@ -69,7 +69,7 @@ class Workspace:
     designs: list[str] = field(default_factory=list)
     repeated: list[tuple[str, str]] = field(default_factory=list)
     unreadable: list[Unknown] = field(default_factory=list)
-    skipped: list[Skipped] = field(default_factory=list)
+    skipped: list[SkippedFolder] = field(default_factory=list)
     cut: bool = False
     open: Callable[[str], bytes] = _content
     _files: dict[str, dict[str, list[str]]] = field(default_factory=dict)
@@ -153,7 +153,7 @@ class Workspace:
         if package not in self._files:
             found: dict[str, list[str]] = {}
             for folder, inner, names in walk(self.packages[package], self.skipped):
-                inner[:] = sorted(each for each in inner if not each.startswith(".") and each not in GENERATED)
+                inner[:] = sorted(each for each in inner if not each.startswith(".") and each not in GENERATED_FOLDERS)
                 for name in names:
                     path = os.path.join(folder, name)  # noqa: PTH118
                     if not os.path.islink(path):  # noqa: PTH114
@@ -223,7 +223,7 @@ def find_packages(folder: str) -> Workspace:
             folders.clear()
             _add(workspace, inner)
             continue
-        folders[:] = sorted(each for each in folders if not each.startswith(".") and each not in GENERATED)
+        folders[:] = sorted(each for each in folders if not each.startswith(".") and each not in GENERATED_FOLDERS)
     return workspace
 
 

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import click
 
+from cqos_core.cli.console import colored, emit
+from cqos_core.cli.errors import WrongUsageError
 from cqos_core.cli.help import usual
+from cqos_core.cli.input_reader import prepare_reader
 from cqos_core.cli.parameters import color_option, debug_option, form_option, log_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.refusals import RefusedError
-from cqos_core.cli.streams import colored, emit
-from cqos_core.files.opening import STDIN
+from cqos_core.cli.reading_options import ReadingOptions, reading_options
+from cqos_core.files.source_files import STDIN
 from cqos_core.formatters.terminal import clean, paint
 
 if TYPE_CHECKING:
@@ -63,9 +64,9 @@ def why(
     from cqos_ros2_workspace.why.evidence import evidence
 
     if log == STDIN and (STDIN in paths or sys.stdin is None):
-        raise RefusedError("standard input is read for a path, or closed", "write the path of the log", ctx)
-    reader = prepare(reading, paths)
-    system, _ = reader.one(paths, color)
+        raise WrongUsageError("standard input is read for a path, or closed", "write the path of the log", ctx)
+    reader = prepare_reader(reading, paths)
+    system, _ = reader.read_system(paths, color)
     with Progress("looking for causes"):
         seen = evidence(topic, system, reader, paths, log, keystore)
         found = [(cause, cause.look(seen)) for cause in CAUSES]

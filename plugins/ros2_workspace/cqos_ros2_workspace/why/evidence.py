@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
-from cqos_core.files.loading import with_own
-from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
+from cqos_core.files.source_files import STDIN, STDIN_NAME, read_path, read_stream
+from cqos_core.files.source_reader import with_own
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -32,7 +32,7 @@ from cqos_ros2_workspace.why.security import access
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.cli.input_reader import InputReader
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved

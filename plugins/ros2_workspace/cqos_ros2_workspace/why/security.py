@@ -9,8 +9,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.files.opening import read_path
-from cqos_core.files.walking import Skipped, walk
+from cqos_core.files.folder_walk import SkippedFolder, walk
+from cqos_core.files.source_files import read_path
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place
@@ -64,7 +64,7 @@ def access(keystore: Path, topic: str) -> Access:
 
 
 def _files(keystore: Path) -> Iterator[Path]:
-    skipped: list[Skipped] = []
+    skipped: list[SkippedFolder] = []
     found = (
         path
         for folder, _, names in walk(str(keystore), skipped)

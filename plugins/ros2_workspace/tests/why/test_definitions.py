@@ -9,7 +9,7 @@ import pytest
 from cqos_ros2_workspace.launch.values import Unknown
 from cqos_ros2_workspace.launch.workspace import find_packages
 from cqos_ros2_workspace.why.definitions import Definitions
-from tests.command import run_here
+from tests.command_process import run_here
 
 FLOATS = ["angle_min", "angle_max", "angle_increment", "time_increment", "scan_time", "range_min", "range_max"]
 LASER = "# one scan\nstd_msgs/Header header # stamp\n" + "".join(f"float32 {each}\n" for each in FLOATS)

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from tests.command import run_here
+from tests.command_process import run_here
 
 SYSTEM = """cqos: 1
 protocol: ros2

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 
 from cqos_ros2_workspace.why.causes import CAUSES
-from tests.command import run_here
+from tests.command_process import run_here
 
 ENDS = "  camera: {{publishes: {{image: {{{0}}}}}, {1}}}\n  viewer: {{subscribes: {{image: {{{2}}}}}, {3}}}\n"
 BOTH = "cqos: 1\nprotocol: ros2\nparticipants:\n" + ENDS

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command import run, run_here
+from tests.command_process import run, run_here
 
 ROOT = Path(__file__).parents[4]
 SIMULATION = ROOT / "plugins/ros2_workspace/tests/workspace/simulation/src"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command import run_here
+from tests.command_process import run_here
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
 MANIFEST = "<package><name>{}</name></package>"

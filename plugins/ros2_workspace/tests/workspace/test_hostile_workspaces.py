@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from tests.command import run
+from tests.command_process import run
 
 MANIFEST = "<package><name>bot</name></package>"
 TRAP = "import pathlib\npathlib.Path(__file__).with_suffix('.ran').write_text('ran')\n"

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from cqos_core.cli import UNUSABLE
+from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import say_error
+from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
-from cqos_core.cli.refusals import say_error
-from cqos_core.cli.streams import emit, say
-from cqos_core.formatters.changes import watched
+from cqos_core.formatters.snapshot_changes import watch_changes
 from cqos_core.matching.pipeline import context
 from cqos_core.model.finding import plural
 from cqos_core.model.problems import describe
@@ -99,7 +99,7 @@ def _watch(domain: int, every: float) -> None:
         return system
 
     with _interruptible() as interrupted:
-        for text in watched(look, context(), partial(interrupted.wait, every)):
+        for text in watch_changes(look, context(), partial(interrupted.wait, every)):
             emit(text)
 
 

@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.files.exporting import unique
+from cqos_core.files.export import unique_name
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, Topic, endpoint_id, numbered
 from cqos_live.dds.snapshot import ros
@@ -98,7 +98,7 @@ def _participants(known: Iterable[SeenParticipant]) -> Iterator[tuple[str, Parti
     """Yield participants by their names, each with its key."""
     taken: set[str] = set()
     for each in sorted(known, key=lambda each: (_called(each), each.key)):
-        yield each.key, Participant(unique(_called(each), taken), label=_described(each))
+        yield each.key, Participant(unique_name(_called(each), taken), label=_described(each))
 
 
 def _called(participant: SeenParticipant) -> str:

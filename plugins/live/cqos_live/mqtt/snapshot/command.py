@@ -13,13 +13,13 @@ from functools import partial
 
 import click
 
-from cqos_core.cli import UNUSABLE
+from cqos_core.cli.console import emit, say
+from cqos_core.cli.errors import WrongUsageError, say_error
+from cqos_core.cli.exit_codes import UNUSABLE
 from cqos_core.cli.help import usual
 from cqos_core.cli.parameters import color_option, debug_option
-from cqos_core.cli.refusals import RefusedError, say_error
-from cqos_core.cli.streams import emit, say
-from cqos_core.files.opening import open_file, read_path
-from cqos_core.formatters.changes import watched
+from cqos_core.files.source_files import open_file, read_path
+from cqos_core.formatters.snapshot_changes import watch_changes
 from cqos_core.matching.pipeline import context
 from cqos_core.model.finding import plural
 from cqos_core.model.settings import Place, Setting
@@ -76,13 +76,15 @@ def mqtt(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     check_snapshot(output, [source], watch=watch)
     if security is not None and "://" in source:
-        raise RefusedError("--security is for the log of Mosquitto, not for an interface", "leave --security out", ctx)
+        raise WrongUsageError(
+            "--security is for the log of Mosquitto, not for an interface", "leave --security out", ctx
+        )
     look = _asked(source, broker, security, ctx)
     if watch:
         # In the background of a shell, a program ignores interrupts unless it asks for them.
         signal.signal(signal.SIGINT, signal.default_int_handler)
         with suppress(KeyboardInterrupt):
-            for text in watched(look, context(), partial(time.sleep, every)):
+            for text in watch_changes(look, context(), partial(time.sleep, every)):
                 emit(text)
         return
     system = look()
@@ -101,12 +103,12 @@ def _asked(source: str, broker: str | None, security: str | None, ctx: click.Con
     """Return what looks at the source."""
     if "://" not in source:
         if broker is not None:
-            raise RefusedError(
+            raise WrongUsageError(
                 f"--broker {broker} is for the address of an interface, not for a log", "leave --broker out", ctx
             )
         return partial(_logged, source, security)
     if broker is None:
-        raise RefusedError(
+        raise WrongUsageError(
             f"{source} is an interface, and no broker is named", f"write --broker {'|'.join(sorted(BROKERS))}", ctx
         )
     user, password = os.environ.get("CQOS_BROKER_USER"), os.environ.get("CQOS_BROKER_PASSWORD", "")

@@ -24,7 +24,7 @@ import cqos_core as cqos
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.pack import PACK
 from cqos_live.dds.snapshot import discovery
-from tests.command import Done, run
+from tests.command_process import Done, run
 from tests.conformance.cyclone import LOOPBACK
 
 ROOT = Path(__file__).resolve().parents[5]

@@ -15,7 +15,7 @@ import cqos_core as cqos
 from cqos_core.model.source import Source
 from cqos_live.mqtt.prove.mosquitto import Mosquitto, program
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
-from tests.command import run
+from tests.command_process import run
 
 PLUGIN = next((each for each in Path("/usr/lib").glob("*/mosquitto_dynamic_security.so")), None)
 PATIENCE = 20

@@ -22,7 +22,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 
 import cqos_core as cqos
 from cqos_live.mqtt.prove.mosquitto import Mosquitto, program
-from tests.command import Done, run
+from tests.command_process import Done, run
 
 COMMAND = str(Path(sys.executable).with_name("cqos"))
 PATIENCE = 20
