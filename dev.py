@@ -98,23 +98,41 @@ def fingerprint() -> str:
 
 
 def projects() -> list[Path]:
-    """Return the folders of all distributions; `all` comes last, for pip looks for its parts on an index otherwise."""
-    plugins = (file.parent for file in ROOT.glob("plugins/*/pyproject.toml"))
-    return [ROOT, *sorted(plugins, key=lambda folder: (folder.name == "all", folder))]
+    """Return the folders of all distributions, each after those that it needs: pip looks for later ones on an index."""
+    waiting = {
+        folder: needed_names(folder)
+        for folder in [ROOT, *sorted(file.parent for file in ROOT.glob("plugins/*/pyproject.toml"))]
+    }
+    names = {folder: project_name(folder) for folder in waiting}
+    found: list[Path] = []
+    while waiting:
+        others = {names[folder] for folder in waiting}
+        ready = [folder for folder, needed in waiting.items() if not needed & others] or [*waiting]
+        found += ready
+        for folder in ready:
+            del waiting[folder]
+    return found
 
 
 def light_projects() -> list[Path]:
     """Return the core, and the distributions that need nothing else of others: solvers and engines take minutes to install."""
-    names, needed = {}, {}
-    for project in projects():
-        text = (project / "pyproject.toml").read_text(encoding="utf-8")
-        names[project] = re.findall(r'^name = "(.+)"', text, re.MULTILINE)[0]
-        listed = re.findall(r"^dependencies = \[(.*?)\]", text, re.MULTILINE | re.DOTALL)[0]
-        needed[project] = set(re.findall(r'"([A-Za-z0-9._-]+)', listed))
-    light = {ROOT: names[ROOT]}
-    for _ in names:  # each round but the last finds one more
-        light |= {project: name for project, name in names.items() if needed[project] <= {*light.values()}}
+    light: dict[Path, str] = {}
+    for folder in projects():
+        if folder == ROOT or needed_names(folder) <= {*light.values()}:
+            light[folder] = project_name(folder)
     return [*light]
+
+
+def project_name(folder: Path) -> str:
+    """Return the name of a distribution."""
+    return re.findall(r'^name = "(.+)"', (folder / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)[0]
+
+
+def needed_names(folder: Path) -> set[str]:
+    """Return the names of the packages that a distribution needs."""
+    text = (folder / "pyproject.toml").read_text(encoding="utf-8")
+    (listed,) = re.findall(r"^dependencies = \[(.*?)\]", text, re.MULTILINE | re.DOTALL)
+    return set(re.findall(r'"([A-Za-z0-9._-]+)', listed))
 
 
 def create_venv() -> None:

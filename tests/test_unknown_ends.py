@@ -6,7 +6,7 @@ import pytest
 
 from cqos_core import Endpoint, Participant, Place, Session, Setting, System, check, explain
 from cqos_core.language.expression import as_condition, offered, requested
-from cqos_core.model.system import ImportNote
+from cqos_core.model.system import ImportNote, Role
 from cqos_core.packs.rule import forbids, requires
 from cqos_core.packs.rule_docs import as_text, rule_page
 from tests.made_up_protocol import CARE, POST, RETURNED, checked, reader, world, writer
