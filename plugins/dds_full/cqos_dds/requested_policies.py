@@ -26,7 +26,6 @@ TOPIC_WRITER: Final = ("topic", "writer")
 GROUPS: Final = ("publisher", "subscriber")
 
 # What an implementation does not have at all; the rules state what it has and does not compare.
-NOT_IN_FAST_DDS: Final = {"implementation": dict.fromkeys(FAST_DDS, "no")}
 # Neither the reader history of Cyclone DDS 0.10 nor RustDDS looks at the filter.
 NO_FILTER: Final = {"implementation": dict.fromkeys((*FAST_DDS, "cyclonedds_0_10", "rustdds"), "no")}
 NOT_IN_RUSTDDS: Final = {"implementation": {"rustdds": "no"}}
