@@ -64,7 +64,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the one of ``known`` that ``word`` was probably meant to be, None where none is near.
 
     Case, blanks and hyphens do not count. Every third letter may be wrong; a name that ``word`` begins, or that begins
-    ``word``, is near too.
+    ``word``, is near too. A number of three digits or more at the end of a name is meant: ``ROS102`` is not near ``ROS101``.
     """
     return _nearest(word, tuple(known)) if len(word) <= _LONGEST else None
 
@@ -72,7 +72,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 @lru_cache(maxsize=256)
 def _nearest(word: str, known: tuple[str, ...]) -> str | None:
     meant = folded(word)
-    names = [(name, folded(name)) for name in known]
+    names = [(name, letters) for name in known if not _of_another_number(meant, letters := folded(name))]
     best, found = len(meant) // 3, None
     for name, letters in names:
         apart = distance(meant, letters, best)
@@ -83,6 +83,14 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
     return found
 
 
+def _of_another_number(word: str, name: str) -> bool:
+    """Return whether ``name`` ends with a long number, and ``word`` is letters and another one."""
+    number = _LONG_NUMBER.search(name)
+    return number is not None and (own := _NUMBERED.fullmatch(word)) is not None and own[1] != number[0]
+
+
+_NUMBERED: Final = regular_expression(r"\D+(\d+)")
+_LONG_NUMBER: Final = regular_expression(r"\d{3,}$")
 _SHORTEST_START: Final = 3
 _TYPED_WRONG: Final = 2
 """Wrong letters of a typing error; a name that begins with the written text is nearer than one with more wrong letters."""
