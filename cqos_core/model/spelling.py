@@ -143,8 +143,8 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
     """Return for each of ``names`` the ``others`` that differ from it by a typing error, the nearest first.
 
     A typing error is a letter too many, too few or wrong, or two that are swapped; in a word of eight letters or more
-    also one that moved. It is in one word of the name, of four letters or more. Digits never differ: numbered names are
-    meant to. The cost grows with the length of all names, not with their pairs.
+    also one that moved. It is in one word of the name, of four letters or more. Other separators between the same words are one too
+    (``imu/data`` and ``imu_data``). Digits never differ: numbered names are meant to. The cost grows with the length of all names, not with their pairs.
     """
     by_stub = grouped((stub, other) for other in dict.fromkeys(others) for stub in stubs_of(other))
     found = {}
@@ -157,10 +157,14 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
 
 
 def _sorted_letters(name: str) -> tuple[str, str]:
-    """Return the letters in alphabetical order, and the digits in their order."""
-    return "".join(sorted(letter for letter in name if not letter.isdigit())), "".join(filter(str.isdigit, name))
+    """Return the letters without separators in alphabetical order, and the digits in their order."""
+    letters = sorted(letter for letter in name if not letter.isdigit() and letter not in _SEPARATORS)
+    return "".join(letters), "".join(filter(str.isdigit, name))
 
 
+_SEPARATORS: Final = frozenset("/_-.")
+_SEPARATOR: Final = regular_expression(r"(?<!\d)[-/_.]|[-/_.](?!\d)")
+"""One that does not keep two numbers apart."""
 _CROWD: Final = 8
 """The most names that are compared if they become equal without one letter: among more, none is a typing error."""
 _SHORTEST_WORD: Final = 4
@@ -169,7 +173,7 @@ _WORD: Final = regular_expression(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
 def stubs_of(name: str) -> set[str]:
-    """Return the letters of ``name`` in alphabetical order, all and without each one of them; its digits as they stand.
+    """Return the letters of ``name`` in alphabetical order, all and without each one of them; its digits as they stand, no separators.
 
     Two names that share one of them differ by one letter, or by one and by the order of letters.
     """
@@ -181,6 +185,8 @@ def stubs_of(name: str) -> set[str]:
 
 def _mistyped(one: str, other: str) -> int:
     """Return the number of wrong letters of a typing error; 0 if it is none."""
+    if abs(len(one) - len(other)) <= 1 and one != other and _SEPARATOR.sub("", one) == _SEPARATOR.sub("", other):
+        return 1
     if _WORD.split(one) != _WORD.split(other):
         return 0
     words = [pair for pair in zip(_WORD.findall(one), _WORD.findall(other), strict=True) if pair[0] != pair[1]]
