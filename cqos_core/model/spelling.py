@@ -144,7 +144,8 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
 
     A typing error is a letter too many, too few or wrong, or two that are swapped; in a word of eight letters or more
     also one that moved. It is in one word of the name, of four letters or more. Other separators between the same words are one too
-    (``imu/data`` and ``imu_data``). Digits never differ: numbered names are meant to. The cost grows with the length of all names, not with their pairs.
+    (``imu/data`` and ``imu_data``). Digits never differ: numbered names are meant to. The cost grows with the length of
+    all names, not with their pairs.
     """
     by_stub = grouped((stub, other) for other in dict.fromkeys(others) for stub in stubs_of(other))
     found = {}
