@@ -59,9 +59,8 @@ from cqos_dds.requested_policies import (
     OWNERSHIP,
     RELIABILITY,
     TYPE,
-    TYPE_INFORMATION,
 )
-from cqos_dds.rules import KEEPS_ALL
+from cqos_dds.rules import KEEPS_ALL, NAMES_DECIDE
 
 # Pairs and signals ---------------------------------------------------------------------------------------------
 
@@ -218,9 +217,7 @@ PAIRS: Final = (
         help="leave out `sole_writer`",
     ),
     requires(
-        ~(stated(offered(TYPE)) & stated(requested(TYPE)))
-        | (offered(TYPE) == requested(TYPE))
-        | ~(offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION)),
+        ~(stated(offered(TYPE)) & stated(requested(TYPE))) | (offered(TYPE) == requested(TYPE)) | NAMES_DECIDE,
         code="DDS213",
         doubt=True,
         name="type-names-differ",
