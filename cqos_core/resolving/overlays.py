@@ -130,7 +130,7 @@ class Overlays:
                 continue
             if index not in self.used:
                 message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
-                self._reader.say("CQ214", message, overlay.place, "system")
+                self._reader.say("CQ214", message, overlay.place, "system", (), overlay.advice or None)
             elif index not in self._laid:
                 message = (
                     f"{overlay.name} covers only endpoints that were observed, and changes nothing of what was seen"
