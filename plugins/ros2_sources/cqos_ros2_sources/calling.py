@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2_sources.connecting import carrier
 from cqos_ros2_sources.copying import copied
 from cqos_ros2_sources.creating import BELOW, PLUGIN, Given, apply, holds, library_of, note_set, parameter, topic
+from cqos_ros2_sources.emplacing import with_element
 from cqos_ros2_sources.evaluating import evaluate, is_missing, local, member, shared_preset, whole, with_arguments
 from cqos_ros2_sources.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, Walk, lineage
 from cqos_ros2_sources.functions import arity, bind, hand_back, method_of, near, split_types
@@ -94,7 +95,7 @@ def call(expression: Call, walk: Walk) -> Any:
         name = walk.frame.types.get(name, name)
         found = _named(name, Given(expression, arguments, keywords, types), walk)
     elif isinstance(function, Attribute):
-        given = Given(expression, arguments, keywords, types)
+        given = with_element(function, Given(expression, arguments, keywords, types), walk)
         if isinstance(receiver, (Undecided, Profile)) and function.name in FIELDS and not arguments:
             return _policy(receiver, function.name)
         of_base = function.of == Name(SUPER)
