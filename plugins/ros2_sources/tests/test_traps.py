@@ -128,6 +128,46 @@ def test_objects_that_a_container_may_make_are_unread(cpp, body, members):
     assert "a" in known(found) or [each["what"] for each in found["unread"]] == ["what `Part` in driver.cpp creates"]
 
 
+MORE = "    def more(self, t):\n        self.create_publisher(String, t, 1)\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "methods"),
+    [
+        ("make = self.create_publisher\nmake(String, 'a', 1)", ""),
+        ("make = self.more\nmake('a')", MORE),
+        ("make = functools.partial(self.create_publisher, String, qos_profile=1)\nmake('a')", ""),
+        ("functools.partial(self.more, 'a')()", MORE),
+        ("getattr(self, 'create_publisher')(String, 'a', 1)", ""),
+        ("ways = {'out': self.create_publisher}\nways['out'](String, 'a', 1)", ""),
+        ("ways = {'out': self.more}\nfor each in ways.values():\n    each('a')", MORE),
+        ("ways = [self.create_publisher]\nways[0](String, 'a', 1)", ""),
+        ("self.make = self.create_publisher\nself.make(String, 'a', 1)", ""),
+        ("self.go(self.create_publisher)", "    def go(self, make):\n        make(String, 'a', 1)\n"),
+    ],
+)
+def test_bound_methods_of_python(python, body, methods):
+    found = python(f"self.create_publisher(String, 'first', 1)\n{body}", methods, "import functools")
+    assert set(known(found)) == {"a", "first"}
+    assert found["publishes"]["a"]["qos"] == {"depth": 1}
+    assert "unread" not in found
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "make = getattr(self, 'create_' + kind())\nmake(String, 'a', 1)",
+        "ways = {'out': self.create_publisher}\nways[kind()](String, 'a', 1)",
+        "ways = dict(out=self.create_publisher)\nways['out'](String, 'a', 1)",
+        "library(self.create_publisher)",
+    ],
+)
+def test_bound_methods_that_are_not_followed_are_unread(python, body):
+    found = python(f"self.create_publisher(String, 'first', 1)\n{body}")
+    assert len(found["unread"]) == 1
+    assert set(known(found)) == {"first"}
+
+
 def test_callers_in_tests_do_not_count(learned, parser):
     """T19: their arguments are not those of the robot."""
     part = f"struct Part {{ Part(rclcpp::Node * node, const std::string & t) {{ node->{PUB}(t, 1); }} }};"
