@@ -163,7 +163,7 @@ def dependencies(name: str, workspace: Workspace) -> list[str]:
 
 def _imported(name: str, workspace: Workspace) -> list[bytes]:
     """Return the first parts of what sources of a package include or import."""
-    found: dict[bytes, None] = {}
+    found: dict[tuple[bytes, bytes], None] = {}
     for path in [each for each in files(name, workspace) if each.endswith(_SOURCES)][:MOST_FILES]:
         data = workspace.read(path, None)
         found.update(dict.fromkeys(_IMPORTS.findall(data)) if isinstance(data, bytes) else {})
