@@ -243,6 +243,8 @@ def _call(node: Node, file: CppFile) -> Expression:
     if last in _MAKERS and types:
         made = arguments[1:] if last == "allocate_shared" else arguments
         return Call(Name(types[0]), made, (), (), place)
+    if last == "optional" and types and Name("std::in_place") in arguments[:1]:
+        return Call(Name(types[0]), arguments[1:], (), (), place)
     if last == "make_shared" and "::" in name_text:
         return Call(Name(name_text.rpartition("::")[0]), arguments, (), (), place)
     if last in _CASTS and len(arguments) == 1:

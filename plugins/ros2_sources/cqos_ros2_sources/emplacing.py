@@ -15,6 +15,8 @@ from cqos_ros2_sources.program import Call, Name
 from cqos_ros2_sources.values import Instance, used
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cqos_ros2_sources.frames import Walk
     from cqos_ros2_sources.program import Attribute, Class
 
@@ -42,7 +44,7 @@ def with_element(function: Attribute, given: Given, walk: Walk) -> Given:
     kind, types = last_part(without_arguments(stated)), split_types(stated) if "<" in stated else ()
     if not types:
         if function.name in _IN_PLACE and any(_is_node(each) for each in given.arguments):
-            _may_be_any(given, walk)
+            _may_be_any(given.arguments, walk)
         return given
     before = kind in _MAPS or (function.name == "emplace" and kind in _POSITIONED)
     keys, written = (given.arguments[:1], given.call.arguments[1:]) if before else ([], given.call.arguments)
@@ -88,9 +90,15 @@ def _is_node(value: Any) -> bool:
     return isinstance(found, Instance) and found.node is not None
 
 
-def _may_be_any(given: Given, walk: Walk) -> None:
-    """Note the constructors that take what a container of an unknown type is given with a node."""
+def note_braces(items: Sequence[Any], walk: Walk) -> None:
+    """Note the constructors that what stands in braces with a node may be for."""
+    if any(_is_node(each) for each in items):
+        _may_be_any(items, walk)
+
+
+def _may_be_any(values: Sequence[Any], walk: Walk) -> None:
+    """Note the constructors that take values of which one is a node, where the class that is made is not known."""
     for classes in walk.program.classes.values():
         for cls in classes:
-            found = [each for each in _constructors(cls, walk) if takes(each, len(given.arguments))]
+            found = [each for each in _constructors(cls, walk) if takes(each, len(values))]
             walk.cut += [each for each in found if each.body or each.initializers]

@@ -107,7 +107,12 @@ def whole(expression: Expression, walk: Walk) -> Any:
 
 def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Items):
-        return [copied(evaluate(each, walk), "auto", walk, written=each) for each in expression.items]
+        items = [copied(evaluate(each, walk), "auto", walk, written=each) for each in expression.items]
+        if walk.program.language == "cpp":
+            from cqos_ros2_sources.emplacing import note_braces
+
+            note_braces(items, walk)
+        return items
     if isinstance(expression, Pairs):
         pairs = [(evaluate(key, walk), evaluate(value, walk)) for key, value in expression.items]
         plain = all(isinstance(key, (str, int)) for key, _ in pairs)

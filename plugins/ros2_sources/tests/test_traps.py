@@ -95,6 +95,7 @@ PART = f"struct Part {{ Part(rclcpp::Node * node, const std::string & t) {{ node
         ('all_.emplace_back(Part(this, "a"));', "std::vector<Part> all_;", {"a"}),
         ('one_.emplace(this, "a");', "std::optional<Part> one_;", {"a"}),
         ('one_ = std::make_optional<Part>(this, "a");', "std::optional<Part> one_;", {"a"}),
+        ('one_ = std::optional<Part>(std::in_place, this, "a");', "std::optional<Part> one_;", {"a"}),
         ('all_.emplace("k", Part(this, "a"));', "std::map<std::string, Part> all_;", {"a"}),
         ('all_.try_emplace("k", this, "a");', "std::map<std::string, Part> all_;", {"a"}),
         ('one_.emplace<Part>(this, "a");', "std::variant<int, Part> one_;", {"a"}),
@@ -118,6 +119,10 @@ def test_objects_that_a_container_makes_in_place(cpp, body, members, names):
     ("body", "members"),
     [
         ('all_.push_back({this, "a"});', "std::vector<Part> all_;"),
+        ('all_ = {{this, "a"}};', "std::vector<Part> all_;"),
+        ('one_ = {this, "a"};', "std::optional<Part> one_;"),
+        ('all_.insert({"k", {this, "a"}});', "std::map<std::string, Part> all_;"),
+        ('auto make = [this]() -> Part { return {this, "a"}; }; make();', ""),
         ('all_.insert(all_.begin(), {this, "a"});', "std::vector<Part> all_;"),
         ('all_["k"].emplace_back(this, "a");', "std::map<std::string, std::vector<Part>> all_;"),
         ('auto & all = all_; all.emplace_back(this, "a");', "std::vector<Part> all_;"),
