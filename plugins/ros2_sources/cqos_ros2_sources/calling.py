@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_ros2_sources.connecting import carrier
 from cqos_ros2_sources.copying import copied
 from cqos_ros2_sources.creating import BELOW, PLUGIN, Given, apply, holds, library_of, note_set, parameter, topic
-from cqos_ros2_sources.evaluating import evaluate, is_missing, local, member, shared_preset, whole, with_arguments
+from cqos_ros2_sources.emplacing import with_element
+from cqos_ros2_sources.evaluating import (
+    evaluate,
+    is_missing,
+    kept_method,
+    local,
+    member,
+    shared_preset,
+    whole,
+    with_arguments,
+)
 from cqos_ros2_sources.frames import DEEPEST_CALL, MOST_ELEMENTS, Condition, Frame, Walk, lineage
 from cqos_ros2_sources.functions import arity, bind, hand_back, method_of, near, split_types
 from cqos_ros2_sources.handing import hand_over, open_objects, open_receiver
@@ -26,6 +36,7 @@ from cqos_ros2_sources.program import (
     LEAVE,
     PAIRS,
     SUPER,
+    THIS,
     YIELD,
     Attribute,
     Call,
@@ -67,6 +78,7 @@ if TYPE_CHECKING:
 
 _BINDS: Final = frozenset(("partial", "bind", "bind_front"))
 """Functions that return a function with some arguments."""
+NAMED_LATER: Final = "`getattr` is given a name that is not known"
 _PLACEHOLDER: Final = re.compile("_([1-9])")
 _RESOLVES: Final = frozenset(("resolve_topic_name", "resolve_service_name", "resolve_topic_or_service_name"))
 _SETS: Final = frozenset(("set_parameter", "set_parameters", "set_parameters_atomically"))
@@ -94,13 +106,14 @@ def call(expression: Call, walk: Walk) -> Any:
         name = walk.frame.types.get(name, name)
         found = _named(name, Given(expression, arguments, keywords, types), walk)
     elif isinstance(function, Attribute):
-        given = Given(expression, arguments, keywords, types)
+        given = with_element(function, Given(expression, arguments, keywords, types), walk)
         if isinstance(receiver, (Undecided, Profile)) and function.name in FIELDS and not arguments:
             return _policy(receiver, function.name)
         of_base = function.of == Name(SUPER)
         found = inherited(function.name, given, walk) if of_base else _method(receiver, function, given, walk)
     else:
         value = evaluate(function, walk)
+        _note_named_later(value, walk)
         if not isinstance(value, Code):  # `(this->*method)()`
             held = [evaluate(each, walk) for each in parts(function)]
             open_objects(held, "a call that is not followed may change it", expression.place, walk)
@@ -123,6 +136,12 @@ def call(expression: Call, walk: Walk) -> Any:
     return undecided(unknown, receiver, arguments, keywords)
 
 
+def _note_named_later(value: Any, walk: Walk) -> None:
+    """Note that a method is called whose name `getattr` is given and that is not known."""
+    if isinstance(value, Unknown) and value.cause == NAMED_LATER and value.place and walk.current is not None:
+        walk.current.gaps.setdefault(("what a method creates that `getattr` finds", NAMED_LATER), value.place)
+
+
 def _named(name: str, given: Given, walk: Walk) -> Any:
     """Return the result of a call by name."""
     value = used(local(name, walk))
@@ -130,6 +149,7 @@ def _named(name: str, given: Given, walk: Walk) -> Any:
         return invoke(
             value.function, value.this, given.arguments, given.keywords, walk, value=value, written=given.call.arguments
         )
+    _note_named_later(value, walk)
     this = walk.frame.this
     if name in _OF_PYTHON:
         return _OF_PYTHON[name](given, walk)
@@ -170,6 +190,8 @@ def _copy(name: str, given: Given, walk: Walk) -> Any:
     if name == "getattr" and named and isinstance(named[0], str):
         found = evaluate(Attribute(given.call.arguments[0], named[0]), walk)
         return found if is_profile(found) or isinstance(found, Code) else MISSING
+    if name == "getattr" and named and isinstance(first, Instance) and first.node is not None:
+        return Unknown(NAMED_LATER, given.call.place)
     return MISSING
 
 
@@ -524,6 +546,8 @@ def invoke(
         keywords = {**value.named, **keywords}
         written = (*repeat(Literal(None), len(value.given)), *written) if written else ()
         arguments = _with_given(value, arguments)
+        if value.library and this is not None:
+            return _on_bound(value, this, Given(_written(value, written, walk), arguments, keywords, ()), walk)
     recursive = any(each.function is function for each in walk.frames)
     if len(walk.frames) > DEEPEST_CALL and not recursive:
         walk.cut.append(function)
@@ -565,6 +589,20 @@ def invoke(
         frame.returned.append(((), None))
     found = _returned(frame.returned, function)
     return found if refers(function.returns) else copied(found, "auto", walk)
+
+
+def _written(value: Code, written: Sequence[Expression], walk: Walk) -> Call:
+    place = walk.frame.at or value.function.place
+    return Call(Attribute(Name(THIS), value.library), tuple(written), (), (), place)
+
+
+def _on_bound(value: Code, this: Instance, given: Given, walk: Walk) -> Any:
+    """Return the result of a method of a library that was bound to a node."""
+    made = len(this.node.made) if this.node is not None else 0
+    found = on_library(this, value.library, given, walk)
+    if this.node is not None and len(this.node.made) > made:
+        this.node.gaps.pop(kept_method(value.library, value.function.place), None)
+    return Unknown(f"what `{value.library}` returns", given.call.place) if found is MISSING else found
 
 
 def _with_given(code: Code, arguments: Sequence[Any]) -> list[Any]:

@@ -107,7 +107,12 @@ def whole(expression: Expression, walk: Walk) -> Any:
 
 def _composed(expression: Expression, walk: Walk) -> Any:
     if isinstance(expression, Items):
-        return [copied(evaluate(each, walk), "auto", walk, written=each) for each in expression.items]
+        items = [copied(evaluate(each, walk), "auto", walk, written=each) for each in expression.items]
+        if walk.program.language == "cpp":
+            from cqos_ros2_sources.emplacing import note_braces
+
+            note_braces(items, walk)
+        return items
     if isinstance(expression, Pairs):
         pairs = [(evaluate(key, walk), evaluate(value, walk)) for key, value in expression.items]
         plain = all(isinstance(key, (str, int)) for key, _ in pairs)
@@ -372,6 +377,29 @@ def elsewhere(of: Expression | None, name: str, walk: Walk) -> str:
     return set_elsewhere(this, f"{root}.{name}", walk)
 
 
+def _bound(of: Instance, name: str, walk: Walk) -> Code | None:
+    """Return a method of a library that the tables have, bound to a node as Python does; None where it is none.
+
+    What it creates is not known until a call of it is followed.
+    """
+    from cqos_ros2_sources.creating import library_of
+
+    if walk.program.language != "python" or of.node is None:
+        return None
+    calls, parameters = (
+        walk.table.rows(kind, name, library_of(of, walk), method=True) for kind in ("calls", "parameters")
+    )
+    place = walk.frame.at or walk.frame.function.place
+    if any("makes" in row.values for row in calls):
+        of.node.gaps.setdefault(kept_method(name, place), place)
+    return Code(Function(name, (), (), place), of, library=name) if calls or parameters else None
+
+
+def kept_method(name: str, place: Place) -> tuple[str, str]:
+    """Return how a node names what a method creates that it keeps as a value."""
+    return f"what `{name}` creates, kept in or after line {place.line}", "C-QoS found nothing that calls it"
+
+
 def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
     if is_profile(of):
         return _of_profile(of, expression.name, walk)
@@ -380,18 +408,7 @@ def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
     if isinstance(of, Instance) and of.cls is not None and expression.name == "__class__":
         return Word(of.cls.name)
     if isinstance(of, Instance):
-        found = member(of, expression.name, walk) if of.cls is not None else of.members.get(expression.name, _MISSING)
-        if found is not _MISSING:
-            return found
-        from cqos_ros2_sources.functions import method_of
-
-        methods = method_of(of.cls, expression.name, walk) if of.cls is not None else []
-        getters = [each for each in methods if {*map(last_part, each.decorators)} & _GETTERS]
-        if len(getters) == 1:
-            from cqos_ros2_sources.calling import invoke
-
-            return invoke(getters[0], of, [], {}, walk)
-        return Code(methods[0], of) if len(methods) == 1 else Unknown(f"`{expression.name}` is not known")
+        return _member_of_object(of, expression, walk)
     if isinstance(of, Word):
         return (
             _constant(f"{of.name}.{expression.name}", walk)
@@ -405,6 +422,24 @@ def _member_of(of: Any, expression: Attribute, walk: Walk) -> Any:
     if isinstance(of, Undecided) and expression.name in FIELDS:
         return Unknown(of.cause, of.place)
     return of if isinstance(of, Unknown) else Unknown(f"`{expression.name}` is not known")
+
+
+def _member_of_object(of: Instance, expression: Attribute, walk: Walk) -> Any:
+    """Return a member, what a property returns, or a method as a value."""
+    found = member(of, expression.name, walk) if of.cls is not None else of.members.get(expression.name, _MISSING)
+    if found is not _MISSING:
+        return found
+    from cqos_ros2_sources.functions import method_of
+
+    methods = method_of(of.cls, expression.name, walk) if of.cls is not None else []
+    getters = [each for each in methods if {*map(last_part, each.decorators)} & _GETTERS]
+    if len(getters) == 1:
+        from cqos_ros2_sources.calling import invoke
+
+        return invoke(getters[0], of, [], {}, walk)
+    if len(methods) == 1:
+        return Code(methods[0], of)
+    return _bound(of, expression.name, walk) or Unknown(f"`{expression.name}` is not known")
 
 
 def _of_profile(of: Any, name: str, walk: Walk) -> Any:

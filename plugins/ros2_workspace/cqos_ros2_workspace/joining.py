@@ -212,8 +212,10 @@ def _place(each: Filled, named: Named, placed: Placed) -> Place:
 
 
 def _options(placed: Placed) -> Settings:
-    """Return the options that the environment of a node states."""
+    """Return the options that the environment of a node states, and whether it is a bridge, which ignores what it publishes."""
     found: Settings = {}
+    if placed.facts is not None and placed.facts.get(form.CONFIGURED_BY) == "gz_bridge":
+        found["bridge"] = Setting(placed.address, placed.place, derived=True)
     for name, option in _ENVIRONMENT.items():
         value = placed.instance.environment.get(name)
         if isinstance(value, str):

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from cqos_ros2_workspace.launch.started import Instance
 
 NODE: Final = "node"
+UNDECIDED: Final = "whether it starts depends on"
+"""How the cause begins of a node that is known, and whose start conditions decide."""
 _BY_DISTRIBUTION: Final = "some of its endpoints depend on the ROS 2 distribution"
 
 
@@ -49,7 +51,7 @@ def _is_unknown(node: JoinedNode) -> bool:
 
 def _condition(instance: Instance) -> str:
     subjects = dict.fromkeys(f"`{guard.subject}`" for guard in instance.guards)
-    return f"whether it starts depends on {' and '.join(subjects)}"
+    return f"{UNDECIDED} {' and '.join(subjects)}"
 
 
 def _gaps(node: JoinedNode) -> Iterator[str]:

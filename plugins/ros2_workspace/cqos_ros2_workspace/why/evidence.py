@@ -63,7 +63,8 @@ def evidence(
     given = {each.name: each.value for each in reader.options.variables}
     owners = {each.participant.participant.id for side in ends.values() for each in side}
     environment = given if join is None else _environment(join, given, owners)
-    missing = [role for role, side in ends.items() if not side]
+    # Nothing arrives without a publisher, whatever subscriber a launch argument adds.
+    missing = next((role for role, side in ends.items() if not side), None)
     switched, untried = ([], []) if join is None else _switched(reader, join, full, missing)
     return Evidence(
         full,
@@ -110,12 +111,10 @@ def _defined(paths: Sequence[str], types: Collection[str]) -> dict[str, Defined 
     return {each: definitions.find(each) for each in types if each}
 
 
-def _switched(
-    reader: InputReader, join: Join, topic: str, missing: Collection[str]
-) -> tuple[list[Switched], list[str]]:
-    """Return the launch arguments that start a missing side of a topic with another value, and programs that were not tried."""
+def _switched(reader: InputReader, join: Join, topic: str, missing: str | None) -> tuple[list[Switched], list[str]]:
+    """Return the launch arguments that start the missing side of a topic with another value, and programs that were not tried."""
     found: list[Switched] = []
-    if not missing:
+    if missing is None:
         return found, []
     folder, switches = _workspace(reader)
     mine = switches.get(IMPORTER, {})
@@ -130,7 +129,7 @@ def _switched(
         found += [
             Switched(name, value, each.participant or "", each.role)
             for each in other.system.endpoints
-            if each.topic == topic and each.role in missing
+            if each.topic == topic and each.role == missing
         ]
     return found, sorted(_programs(_left_open(join, join.launched.arguments)) - seen)
 
