@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import and_, or_
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.behaviour.graph import link_catches
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping
+    from collections.abc import Callable, Hashable, Iterator, Mapping
     from collections.abc import Set as AbstractSet
 
     from cqos_core.behaviour.graph import Graph, Wiring
@@ -35,6 +35,21 @@ _BUDGET: Final = 20
 """The most steps for each node of the model; a longer search is repeated without waits."""
 
 
+class Block(NamedTuple):
+    """Why a token that waits goes on in no run.
+
+    Attributes:
+        kind: ``late``: the samples of ``topic`` are sent only after its wait has ended; ``branch``: they are sent only if a token takes
+            another branch of ``gateway``; ``silent``: no run sends them; ``together``: what it waits for is on two branches of ``gateway``.
+        gateway: a gateway at which a token takes one branch.
+        topic: a topic for which it waits.
+    """
+
+    kind: Literal["late", "branch", "silent", "together"]
+    gateway: int | None = None
+    topic: Hashable = None
+
+
 @dataclass(frozen=True, slots=True)
 class ReachableEvents:
     """The events that may happen.
@@ -43,11 +58,13 @@ class ReachableEvents:
         arrived: nodes at which a token may arrive, or that may wait for their event.
         fired: nodes that may happen.
         thrown: topics on which samples may be published.
+        blocks: nodes at which a token waits in vain, and why: catches that do not happen, and joins to which all tokens but not in one run come.
     """
 
     arrived: AbstractSet[int]
     fired: AbstractSet[int]
     thrown: AbstractSet[Hashable]
+    blocks: Mapping[int, Block]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,19 +75,27 @@ class SingleEvents:
         waits: the end of a wait, by the node that ends it. A catch behind an event-based gateway shares the wait of the gateway. The wait
             of a boundary event ends with its activity.
         branches: the choice of a branch, by the gateway and the first node of the branch.
-        choices: the bits of all branches of a gateway, for each gateway.
+        choices: by gateway: the bits of all its branches.
     """
 
     waits: Mapping[int, int]
     branches: Mapping[tuple[int, int], int]
-    choices: tuple[int, ...]
+    choices: Mapping[int, int]
 
     def may_be(self, happened: int) -> bool:
         """Return whether all of some bits may be true in one run: no gateway has two branches among them."""
-        return not any((taken := happened & each) & (taken - 1) for each in self.choices)
+        return self.torn(happened) is None
+
+    def torn(self, happened: int) -> int | None:
+        """Return a gateway that has two branches among some bits; None if there is none."""
+        for gateway, bits in self.choices.items():
+            taken = happened & bits
+            if taken & (taken - 1):
+                return gateway
+        return None
 
 
-_NOTHING: Final = SingleEvents({}, {}, ())
+_NOTHING: Final = SingleEvents({}, {}, {})
 
 
 def reachable_events(
@@ -90,7 +115,7 @@ def single_events(graph: Graph, is_single: Callable[[int], bool]) -> SingleEvent
     """Return the waits and choices that happen at most once in a run, where ``is_single`` says so of a token at a node."""
     waits = _single_waits(graph, is_single)
     branches: dict[tuple[int, int], int] = {}
-    choices = []
+    choices: dict[int, int] = {}
     for at, node in enumerate(graph.nodes):
         following = graph.after[at]
         if node.kind not in {"exclusive", "event_based"} or len(set(following)) < max(len(following), _BRANCHES):
@@ -99,8 +124,8 @@ def single_events(graph: Graph, is_single: Callable[[int], bool]) -> SingleEvent
             continue
         bits = [1 << (_MOST_WAITS + len(branches) + number) for number in range(len(following))]
         branches |= {(at, each): bit for each, bit in zip(following, bits, strict=True)}
-        choices.append(sum(bits))
-    return SingleEvents(waits, branches, tuple(choices))
+        choices[at] = sum(bits)
+    return SingleEvents(waits, branches, choices)
 
 
 def _single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
@@ -108,8 +133,7 @@ def _single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, i
     for at, node in enumerate(graph.nodes):
         if node.kind not in {"catch", "boundary"} or not graph.catches[at]:
             continue
-        activity = graph.attached[at]
-        owner = _gateway(graph, at) if activity is None else activity
+        owner = _owner(graph, at)
         if owner not in waits and len(waits) < _MOST_WAITS and is_single(owner):
             waits[owner] = 1 << len(waits)
     return waits
@@ -119,6 +143,12 @@ def _gateway(graph: Graph, at: int) -> int:
     """Return the node where a token waits for a catch: the event-based gateway before it, or the catch."""
     before = graph.before[at]
     return before[0] if len(before) == 1 and graph.nodes[before[0]].kind == "event_based" else at
+
+
+def _owner(graph: Graph, at: int) -> int:
+    """Return the node whose wait an event ends: its activity, the event-based gateway before it, or the event."""
+    activity = graph.attached[at]
+    return activity if activity is not None else _gateway(graph, at) if graph.nodes[at].kind == "catch" else at
 
 
 class _Search:
@@ -139,7 +169,33 @@ class _Search:
 
     def found(self) -> ReachableEvents:
         """Return the result."""
-        return ReachableEvents(self._arrived.keys(), self._fired.keys(), self._thrown.keys())
+        return ReachableEvents(self._arrived.keys(), self._fired.keys(), self._thrown.keys(), dict(self._blocks()))
+
+    def _blocks(self) -> Iterator[tuple[int, Block]]:
+        """Yield the nodes at which a token waits in vain."""
+        graph = self._graph
+        for at, before in self._arrived.items():
+            if at not in self._fired and graph.catches[at]:
+                yield at, self._block(at, before)
+        for at, came in self._incoming.items():
+            gateway = self._single.torn(reduce(or_, came.values()))
+            if at not in self._fired and len(came) == len(set(graph.before[at])) and gateway is not None:
+                yield at, Block("together", gateway)
+
+    def _block(self, at: int, before: int) -> Block:
+        """Return why a token waits in vain for the samples of an event; of several topics, the first that does not come."""
+        wait, together = self._wait(at), before
+        for topic in sorted(self._graph.catches[at] or (), key=str):
+            ended = self._comes(topic)
+            if ended is None:
+                return Block("silent", topic=topic)
+            if ended & wait:
+                return Block("late", topic=topic)
+            gateway = self._single.torn(before | ended)
+            if gateway is not None:
+                return Block("branch", gateway, topic)
+            together |= ended
+        return Block("together", self._single.torn(together))
 
     def run(self, budget: int | None = None) -> bool:
         """Run the search; return whether it ended within the budget of steps. Without waits each node is one step."""
@@ -197,13 +253,15 @@ class _Search:
     def _await(self, at: int) -> None:
         """Fire the event that a token waits for, if its trigger may come."""
         graph, node = self._graph, self._graph.nodes[at]
-        activity = graph.attached[at]
-        owner = activity if activity is not None else _gateway(graph, at) if node.kind == "catch" else at
-        wait = self._waits.get(owner, 0)
+        activity, wait = graph.attached[at], self._wait(at)
         heard = self._heard(at, wait)
         if heard is not None:
             ends = wait if activity is None or node.interrupting else 0
-            self._fire(at, self._arrived[at] | heard | ends | self._single.branches.get((owner, at), 0))
+            self._fire(at, self._arrived[at] | heard | ends | self._single.branches.get((_owner(graph, at), at), 0))
+
+    def _wait(self, at: int) -> int:
+        """Return the bit of the wait that an event ends."""
+        return self._waits.get(_owner(self._graph, at), 0)
 
     def _heard(self, at: int, wait: int) -> int | None:
         """Return what has happened when the trigger of an event comes; None if it does not come during the wait."""

@@ -86,19 +86,19 @@ def _waiting(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> str
         if not topics:
             break
         topic = topics[0]
-        shown = next((each.shown for each in model.topics.get(topic, ())), "")  # type: ignore[call-overload]
+        shown = _shown(model, topic)
         steps.append(f"`{graph.nodes[throw].id}` waits for `{shown}` at `{graph.nodes[catch].id}`")
     circle = ", so each waits for the other" if topic in seen and len(steps) > 1 else ""
     return ", ".join(steps) + circle
 
 
-def _blocking(model: FlowModel, reached: ReachableEvents, throw: int) -> int | None:
-    """Return the nearest event before a throw that waits for a sample which never comes."""
+def _blocking(model: FlowModel, reached: ReachableEvents, event: int) -> int | None:
+    """Return the nearest node at or before an event where a token waits in vain."""
     graph = model.behaviour.graph
-    waiting, seen = deque([throw]), {throw}
+    waiting, seen = deque([event]), {event}
     while waiting:
         at = waiting.popleft()
-        if at in reached.arrived and at not in reached.fired and graph.catches[at]:
+        if at in reached.blocks:
             return at
         before = [*graph.before[at], graph.parent[at], *graph.calls[at]]
         activity = graph.attached[at]
@@ -124,18 +124,28 @@ def _dead_events(model: FlowModel, reached: ReachableEvents) -> Iterator[Finding
 
 
 def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
-    """Return in words which wait before an event never ends, if the order of events excludes that; and the assumptions."""
+    """Return in words where a token waits in vain before an event, if the order of events or a choice causes that; and the assumptions."""
     if not ordered:
         return "", (_COMPLETE,)
     graph, reached = model.behaviour.graph, model.behaviour.reachable
-    catch = _blocking(model, reached, at)
-    ends = [] if catch is None else [each for each in model.ends(catch) if each.role == SUBSCRIBER]
-    if catch is None or not ends:
+    waiting = _blocking(model, reached, at)
+    if waiting is None:
         return "", _ORDERED
-    return (
-        f": all that publishes `{ends[0].shown}` happens only after `{graph.nodes[catch].id}` has stopped waiting",
-        _ORDERED,
-    )
+    block, name = reached.blocks[waiting], graph.nodes[waiting].id
+    gateway = "" if block.gateway is None else graph.nodes[block.gateway].id
+    shown = _shown(model, block.topic)
+    words = {
+        "late": f"all that publishes `{shown}` happens only after `{name}` has stopped waiting",
+        "branch": f"`{name}` waits for `{shown}`, which is published only if a token takes another branch of `{gateway}`",
+        "silent": f"`{name}` waits for `{shown}`, on which no run publishes",
+        "together": f"`{name}` waits for two branches of `{gateway}`, of which a token takes one",
+    }
+    return f": {words[block.kind]}", _ORDERED
+
+
+def _shown(model: FlowModel, topic: Hashable) -> str:
+    """Return the name of a topic for people."""
+    return next((each.shown for each in model.topics.get(topic, ())), "")  # type: ignore[call-overload]
 
 
 def _dead_throws(model: FlowModel, reached: ReachableEvents, throws: list[int]) -> Iterator[Finding]:

@@ -406,13 +406,29 @@ class Simulation:
             self.log.waited.add(position)
             if not node.triggers:
                 self._after(self._some_time((position, "any")), lambda position=position: ended(position))  # type: ignore[misc]
+            alive, end = lambda: not over[0] and scope.alive, partial(ended, position)
+            if node.all_triggers:
+                self._arm_all(position, alive, end)
+                continue
             for trigger in node.triggers:
-                self._arm(
-                    position,
-                    trigger,
-                    lambda: not over[0] and scope.alive,
-                    lambda position=position: ended(position),  # type: ignore[misc]
-                )
+                self._arm(position, trigger, alive, end)
+
+    def _arm_all(self, position: int, alive: Callable[[], bool], do: Callable[[], None]) -> None:
+        """Call ``do`` when each trigger has happened, and each topic has brought a sample."""
+        node, topics = self.flow.nodes[position], self.topics[position]
+        others = [each for each in node.triggers if each.kind != "signal"]
+        missing: set[object] = {*topics, *range(len(others))}
+
+        def come(what: object) -> None:
+            missing.discard(what)
+            if not missing:
+                do()
+
+        for topic in topics:
+            waiting = Subscription(position, alive, partial(come, topic))
+            self.samples.subscribe(topic, waiting, self.kept_at[position][0])
+        for number, trigger in enumerate(others):
+            self._arm(position, trigger, alive, partial(come, number))
 
     # Activities
 
