@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.behaviour.event_order import Order
 from cqos_core.behaviour.event_rates import EventRates, is_single, sum_of_rates
 from cqos_core.behaviour.graph import joined_graph
+from cqos_core.behaviour.inclusive_joins import stuck_joins
 from cqos_core.behaviour.reachability import ReachableEvents, reachable_events, single_events
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Sequence
+    from collections.abc import Hashable, Iterable, Mapping, Sequence
 
     from cqos_core.behaviour.event_rates import Rate
     from cqos_core.behaviour.graph import Graph, Wiring
-    from cqos_core.behaviour.reachability import SingleEvents
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3
@@ -50,7 +50,7 @@ class Behaviour:
     @cached_property
     def reachable_alone(self) -> ReachableEvents:
         """Events that may happen if only publishers of the system publish."""
-        return reachable_events(self.graph, self.signals, missing=False, single=self._single(self.rates))
+        return self._reachable(self.rates, missing=False)
 
     @property
     def rates(self) -> EventRates:
@@ -63,14 +63,19 @@ class Behaviour:
         known = self.reachable_in_any_order
         counting = EventRates(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
-            known = reachable_events(self.graph, self.signals, missing=True, single=self._single(counting))
+            known = self._reachable(counting, missing=True)
             earlier, counting = counting, EventRates(self.graph, self.signals, known.fired, counting)
             if counting.bounds == earlier.bounds:
                 break
         return known, counting
 
-    def _single(self, counting: EventRates) -> SingleEvents:
-        return single_events(self.graph, lambda at: is_single(counting.bounds[at]))
+    def _reachable(self, counting: EventRates, *, missing: bool) -> ReachableEvents:
+        single = single_events(self.graph, lambda at: is_single(counting.bounds[at]))
+        return reachable_events(self.graph, self.signals, missing=missing, single=single, stuck=self._stuck)
+
+    @cached_property
+    def _stuck(self) -> Mapping[int, int]:
+        return stuck_joins(self.graph)
 
     @cached_property
     def order(self) -> Order:

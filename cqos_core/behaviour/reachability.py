@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import and_, or_
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.behaviour.graph import link_catches
@@ -40,12 +41,13 @@ class Block(NamedTuple):
 
     Attributes:
         kind: ``late``: the samples of ``topic`` are sent only after its wait has ended; ``branch``: they are sent only if a token takes
-            another branch of ``gateway``; ``silent``: no run sends them; ``together``: what it waits for is on two branches of ``gateway``.
-        gateway: a gateway at which a token takes one branch.
+            another branch of ``gateway``; ``silent``: no run sends them; ``together``: what it waits for is on two branches of ``gateway``;
+            ``join``: it waits for a token that waits for it at ``gateway``.
+        gateway: a gateway at which a token takes one branch, or a join.
         topic: a topic for which it waits.
     """
 
-    kind: Literal["late", "branch", "silent", "together"]
+    kind: Literal["late", "branch", "silent", "together", "join"]
     gateway: int | None = None
     topic: Hashable = None
 
@@ -99,14 +101,27 @@ _NOTHING: Final = SingleEvents({}, {}, {})
 
 
 def reachable_events(
-    graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents = _NOTHING
+    graph: Graph,
+    signals: Wiring,
+    *,
+    missing: bool,
+    single: SingleEvents = _NOTHING,
+    stuck: Mapping[int, int] = MappingProxyType({}),
 ) -> ReachableEvents:
-    """Return the events that may happen; with ``missing``, also those that wait for topics without publisher."""
+    """Return the events that may happen.
+
+    Args:
+        graph: the nodes.
+        signals: what they throw and catch.
+        missing: events also happen that wait for topics without publisher.
+        single: events that happen at most once.
+        stuck: joins that never happen, each with the join for which it waits.
+    """
     if single != _NOTHING:
-        search = _Search(graph, signals, missing=missing, single=single)
+        search = _Search(graph, signals, missing=missing, single=single, stuck=stuck)
         if search.run(_BUDGET * len(graph.nodes)):
             return search.found()
-    search = _Search(graph, signals, missing=missing, single=_NOTHING)
+    search = _Search(graph, signals, missing=missing, single=_NOTHING, stuck=stuck)
     search.run()
     return search.found()
 
@@ -154,11 +169,14 @@ def _owner(graph: Graph, at: int) -> int:
 class _Search:
     """One search that begins with all events that happen by themselves."""
 
-    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents) -> None:
+    def __init__(
+        self, graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents, stuck: Mapping[int, int]
+    ) -> None:
         self._graph = graph
         self._signals = signals
         self._missing = missing
         self._single = single
+        self._stuck = stuck
         self._waits = single.waits
         self._arrived: dict[int, int] = {}
         self._fired: dict[int, int] = {}
@@ -178,6 +196,9 @@ class _Search:
             if at not in self._fired and graph.catches[at]:
                 yield at, self._block(at, before)
         for at, came in self._incoming.items():
+            if at in self._stuck:
+                yield at, Block("join", self._stuck[at])
+                continue
             gateway = self._single.torn(reduce(or_, came.values()))
             if at not in self._fired and len(came) == len(set(graph.before[at])) and gateway is not None:
                 yield at, Block("together", gateway)
@@ -332,6 +353,9 @@ class _Search:
 
     def _step(self, source: int, at: int, ended: int) -> None:
         """Send a token over one flow; a parallel gateway waits for all its flows."""
+        if at in self._stuck:
+            self._incoming.setdefault(at, {})[source] = ended
+            return
         if self._graph.nodes[at].kind == "parallel":
             came = self._incoming.setdefault(at, {})
             came[source] = ended

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 6
 _COMPLETE = "all files of the system are given"
+_PASSED = "a token leaves each task over its only flow"
 _ORDERED = (
     _COMPLETE,
     "a process whose start has no trigger runs once in each participant",
@@ -139,8 +140,10 @@ def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[st
         "branch": f"`{name}` waits for `{shown}`, which is published only if a token takes another branch of `{gateway}`",
         "silent": f"`{name}` waits for `{shown}`, on which no run publishes",
         "together": f"`{name}` waits for two branches of `{gateway}`, of which a token takes one",
+        "join": f"the inclusive join `{name}` waits for a token that waits for it at `{gateway}`",
     }
-    return f": {words[block.kind]}", _ORDERED
+    assumed = (_COMPLETE, _PASSED) if block.kind == "join" else _ORDERED
+    return f": {words[block.kind]}", assumed
 
 
 def _shown(model: FlowModel, topic: Hashable) -> str:

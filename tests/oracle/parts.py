@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -40,13 +40,14 @@ class Log:
 
 
 class Scope:
-    """An instance of a process or of a sub-process. Only an event sub-process goes on in one that is ``halted``."""
+    """An instance of a process or of a sub-process, with the tokens at each node. Only an event sub-process goes on in one that is ``halted``."""
 
     def __init__(self, position: int, outer: Scope | None, done: Callable[[], None], *, by_event: bool = False) -> None:
         self.position, self.outer, self.done, self.by_event = position, outer, done, by_event
         self.tokens, self.ended, self.halted = 0, False, False
         self.depth: int = 0 if outer is None else outer.depth + 1
         self.arrived: dict[int, list[int]] = defaultdict(list)
+        self.at: Counter[int] = Counter()
 
     @property
     def open(self) -> bool:
