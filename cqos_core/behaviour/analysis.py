@@ -12,10 +12,11 @@ from cqos_core.behaviour.inclusive_joins import stuck_joins
 from cqos_core.behaviour.reachability import ReachableEvents, reachable_events, single_events
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Mapping, Sequence
+    from collections.abc import Hashable, Iterable, Sequence
 
     from cqos_core.behaviour.event_rates import Rate
     from cqos_core.behaviour.graph import Graph, Wiring
+    from cqos_core.behaviour.reachability import SingleEvents
     from cqos_core.model.flow import ControlFlow
 
 _ROUNDS: Final = 3
@@ -39,43 +40,47 @@ class Behaviour:
 
     @cached_property
     def reachable_in_any_order(self) -> ReachableEvents:
-        """Events that may happen if topics without publisher have one elsewhere, and signals come in any order."""
+        """Events that may happen if topics without publisher have one elsewhere, signals come in any order, and messages from anywhere."""
         return reachable_events(self.graph, self.signals, missing=True)
 
-    @property
+    @cached_property
     def reachable(self) -> ReachableEvents:
-        """Events that may happen, considering that a single wait does not end by a later event."""
-        return self._reachable_and_rates[0]
+        """Events that may happen in the order of events, as joins wait, and if messages come only over message flows."""
+        return self._as_drawn(missing=True)
 
     @cached_property
     def reachable_alone(self) -> ReachableEvents:
         """Events that may happen if only publishers of the system publish."""
-        return self._reachable(self.rates, missing=False)
+        return self._as_drawn(missing=False)
 
     @property
     def rates(self) -> EventRates:
         """How often events happen at most."""
-        return self._reachable_and_rates[1]
+        return self._ordered_and_rates[1]
 
     @cached_property
-    def _reachable_and_rates(self) -> tuple[ReachableEvents, EventRates]:
-        """Reachable events and rates: they depend on each other, so both are repeated."""
+    def _ordered_and_rates(self) -> tuple[ReachableEvents, EventRates]:
+        """Events that may happen in the order of events, and rates: they depend on each other, so both are repeated."""
         known = self.reachable_in_any_order
         counting = EventRates(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
-            known = self._reachable(counting, missing=True)
+            known = reachable_events(self.graph, self.signals, missing=True, single=self._single(counting))
             earlier, counting = counting, EventRates(self.graph, self.signals, known.fired, counting)
             if counting.bounds == earlier.bounds:
                 break
         return known, counting
 
-    def _reachable(self, counting: EventRates, *, missing: bool) -> ReachableEvents:
-        single = single_events(self.graph, lambda at: is_single(counting.bounds[at]))
-        return reachable_events(self.graph, self.signals, missing=missing, single=single, stuck=self._stuck)
+    def _single(self, counting: EventRates) -> SingleEvents:
+        return single_events(self.graph, lambda at: is_single(counting.bounds[at]))
 
-    @cached_property
-    def _stuck(self) -> Mapping[int, int]:
-        return stuck_joins(self.graph)
+    def _as_drawn(self, *, missing: bool) -> ReachableEvents:
+        """Return the events that may happen if all that is drawn is considered."""
+        ordered, rates = self._ordered_and_rates
+        stuck = stuck_joins(self.graph)
+        if missing and not stuck and not any(self.graph.brought):
+            return ordered
+        single = self._single(rates)
+        return reachable_events(self.graph, self.signals, missing=missing, single=single, stuck=stuck, messages=True)
 
     @cached_property
     def order(self) -> Order:

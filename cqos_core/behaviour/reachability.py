@@ -16,12 +16,12 @@ from operator import and_, or_
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from cqos_core.behaviour.graph import link_catches
+from cqos_core.behaviour.graph import MessageFlow, link_catches
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
     from collections.abc import Set as AbstractSet
 
     from cqos_core.behaviour.graph import Graph, Wiring
@@ -42,12 +42,12 @@ class Block(NamedTuple):
     Attributes:
         kind: ``late``: the samples of ``topic`` are sent only after its wait has ended; ``branch``: they are sent only if a token takes
             another branch of ``gateway``; ``silent``: no run sends them; ``together``: what it waits for is on two branches of ``gateway``;
-            ``join``: it waits for a token that waits for it at ``gateway``.
+            ``join``: it waits for a token that waits for it at ``gateway``; ``message``: no message flow brings what it waits for.
         gateway: a gateway at which a token takes one branch, or a join.
         topic: a topic for which it waits.
     """
 
-    kind: Literal["late", "branch", "silent", "together", "join"]
+    kind: Literal["late", "branch", "silent", "together", "join", "message"]
     gateway: int | None = None
     topic: Hashable = None
 
@@ -107,6 +107,7 @@ def reachable_events(
     missing: bool,
     single: SingleEvents = _NOTHING,
     stuck: Mapping[int, int] = MappingProxyType({}),
+    messages: bool = False,
 ) -> ReachableEvents:
     """Return the events that may happen.
 
@@ -116,12 +117,13 @@ def reachable_events(
         missing: events also happen that wait for topics without publisher.
         single: events that happen at most once.
         stuck: joins that never happen, each with the join for which it waits.
+        messages: messages come only over message flows, to events that have some.
     """
     if single != _NOTHING:
-        search = _Search(graph, signals, missing=missing, single=single, stuck=stuck)
+        search = _Search(graph, signals, missing=missing, single=single, stuck=stuck, messages=messages)
         if search.run(_BUDGET * len(graph.nodes)):
             return search.found()
-    search = _Search(graph, signals, missing=missing, single=_NOTHING, stuck=stuck)
+    search = _Search(graph, signals, missing=missing, single=_NOTHING, stuck=stuck, messages=messages)
     search.run()
     return search.found()
 
@@ -146,7 +148,7 @@ def single_events(graph: Graph, is_single: Callable[[int], bool]) -> SingleEvent
 def _single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
     waits: dict[int, int] = {}
     for at, node in enumerate(graph.nodes):
-        if node.kind not in {"catch", "boundary"} or not graph.catches[at]:
+        if node.kind not in {"catch", "boundary"} or not (graph.catches[at] or graph.brought[at]):
             continue
         owner = _owner(graph, at)
         if owner not in waits and len(waits) < _MOST_WAITS and is_single(owner):
@@ -170,13 +172,21 @@ class _Search:
     """One search that begins with all events that happen by themselves."""
 
     def __init__(
-        self, graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents, stuck: Mapping[int, int]
+        self,
+        graph: Graph,
+        signals: Wiring,
+        *,
+        missing: bool,
+        single: SingleEvents,
+        stuck: Mapping[int, int],
+        messages: bool,
     ) -> None:
         self._graph = graph
         self._signals = signals
         self._missing = missing
         self._single = single
         self._stuck = stuck
+        self._messages = messages
         self._waits = single.waits
         self._arrived: dict[int, int] = {}
         self._fired: dict[int, int] = {}
@@ -187,13 +197,14 @@ class _Search:
 
     def found(self) -> ReachableEvents:
         """Return the result."""
-        return ReachableEvents(self._arrived.keys(), self._fired.keys(), self._thrown.keys(), dict(self._blocks()))
+        thrown = {each for each in self._thrown if not isinstance(each, MessageFlow)}
+        return ReachableEvents(self._arrived.keys(), self._fired.keys(), thrown, dict(self._blocks()))
 
     def _blocks(self) -> Iterator[tuple[int, Block]]:
         """Yield the nodes at which a token waits in vain."""
         graph = self._graph
         for at, before in self._arrived.items():
-            if at not in self._fired and graph.catches[at]:
+            if at not in self._fired and self._awaited(at):
                 yield at, self._block(at, before)
         for at, came in self._incoming.items():
             if at in self._stuck:
@@ -206,6 +217,8 @@ class _Search:
     def _block(self, at: int, before: int) -> Block:
         """Return why a token waits in vain for the samples of an event; of several topics, the first that does not come."""
         wait, together = self._wait(at), before
+        if self._brought(at):
+            return Block("message")
         for topic in sorted(self._graph.catches[at] or (), key=str):
             ended = self._comes(topic)
             if ended is None:
@@ -284,9 +297,17 @@ class _Search:
         """Return the bit of the wait that an event ends."""
         return self._waits.get(_owner(self._graph, at), 0)
 
+    def _awaited(self, at: int) -> Collection[Hashable]:
+        """Return the topics or message flows for which an event waits; none if what comes there is not known."""
+        return self._graph.catches[at] or self._brought(at)
+
+    def _brought(self, at: int) -> Collection[Hashable]:
+        """Return the message flows to an event, if messages come over these only."""
+        return self._graph.brought[at] if self._messages else ()
+
     def _heard(self, at: int, wait: int) -> int | None:
         """Return what has happened when the trigger of an event comes; None if it does not come during the wait."""
-        node, topics = self._graph.nodes[at], self._graph.catches[at]
+        node, topics = self._graph.nodes[at], self._awaited(at)
         heard = self._graph.heard(at)
         others = any(each.kind != heard for each in node.triggers)
         if not topics or (others and not node.all_triggers):
@@ -297,12 +318,14 @@ class _Search:
             for topic in topics
             if (ended := self._comes(topic)) is not None and not ended & wait and may_be(before | ended)
         ]
-        if node.all_triggers:
+        if node.all_triggers and not self._brought(at):
             together = reduce(or_, came, before)
             return together if len(came) == len(topics) and may_be(together) else None
         return reduce(and_, came) if came else None
 
     def _comes(self, topic: Hashable) -> int | None:
+        if isinstance(topic, MessageFlow):
+            return self._thrown.get(topic)
         missing = self._missing and topic not in self._graph.thrown_at
         return 0 if missing or self._signals.is_open(topic) else self._thrown.get(topic)
 
@@ -337,7 +360,7 @@ class _Search:
             for each in node.triggers:
                 for catch in self._links.get((graph.process[at], each.link), ()) if each.kind == "link" else ():
                     self._fire(catch, ended)
-        for topic in graph.throws[at]:
+        for topic in (*graph.throws[at], *graph.sends[at]):
             self._throw(topic, ended)
 
     def _throw(self, topic: Hashable, ended: int) -> None:
@@ -347,7 +370,8 @@ class _Search:
             ended &= known
         if ended != known:
             self._thrown[topic] = ended
-            for catch in self._graph.caught_at.get(topic, ()):
+            catches = [topic.target] if isinstance(topic, MessageFlow) else self._graph.caught_at.get(topic, ())
+            for catch in catches:
                 if catch in self._arrived:
                     self._await(catch)
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 6
 _COMPLETE = "all files of the system are given"
+_DRAWN = "messages come only over the drawn message flows"
 _PASSED = "a token leaves each task over its only flow"
 _ORDERED = (
     _COMPLETE,
@@ -48,7 +49,7 @@ def _never_thrown(model: FlowModel, reached: ReachableEvents, louder: ReachableE
         way = _waiting(model, reached, topic)
         late = louder is None and topic in model.behaviour.reachable_in_any_order.thrown
         message = f"no run publishes on `{publishers[0].shown}`{': ' if way else ''}{way}"
-        beside, assumed = _never_started(model, reached, topic), _ORDERED if late else (_COMPLETE,)
+        beside, assumed = _never_started(model, reached, topic), _ordered(reached) if late else (_COMPLETE,)
         least = Severity.WARNING if late else severity
         yield behaviour_finding("BP110", message, publishers, beside=beside, assumed=assumed, severity=least)
         if louder is not None:
@@ -131,19 +132,26 @@ def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[st
     graph, reached = model.behaviour.graph, model.behaviour.reachable
     waiting = _blocking(model, reached, at)
     if waiting is None:
-        return "", _ORDERED
+        return "", _ordered(reached)
     block, name = reached.blocks[waiting], graph.nodes[waiting].id
     gateway = "" if block.gateway is None else graph.nodes[block.gateway].id
     shown = _shown(model, block.topic)
+    senders = " or ".join(sorted({f"`{graph.nodes[each.source].id}`" for each in graph.brought[waiting]}))
     words = {
         "late": f"all that publishes `{shown}` happens only after `{name}` has stopped waiting",
         "branch": f"`{name}` waits for `{shown}`, which is published only if a token takes another branch of `{gateway}`",
         "silent": f"`{name}` waits for `{shown}`, on which no run publishes",
         "together": f"`{name}` waits for two branches of `{gateway}`, of which a token takes one",
+        "message": f"no message comes from {senders} while `{name}` waits",
         "join": f"the inclusive join `{name}` waits for a token that waits for it at `{gateway}`",
     }
-    assumed = (_COMPLETE, _PASSED) if block.kind == "join" else _ORDERED
-    return f": {words[block.kind]}", assumed
+    return f": {words[block.kind]}", _ordered(reached)
+
+
+def _ordered(reached: ReachableEvents) -> tuple[str, ...]:
+    """Return the assumptions of a claim that rests on the order of events, on joins or on messages."""
+    kinds = {each.kind for each in reached.blocks.values()}
+    return (*_ORDERED, *([_PASSED] if "join" in kinds else []), *([_DRAWN] if "message" in kinds else []))
 
 
 def _shown(model: FlowModel, topic: Hashable) -> str:

@@ -57,3 +57,28 @@ class Scope:
     @property
     def alive(self) -> bool:
         return self.open and not self.halted
+
+
+class Mail:
+    """The messages that message flows bring to an event; each is kept until one token takes it."""
+
+    def __init__(self) -> None:
+        self.kept = 0
+        self.waiting: list[tuple[Callable[[], bool], Callable[[], None]]] = []
+
+    def wait(self, alive: Callable[[], bool], do: Callable[[], None]) -> None:
+        """Call ``do`` for messages, as long as ``alive`` says so."""
+        self.waiting.append((alive, do))
+        self._give()
+
+    def come(self) -> None:
+        """Bring a message."""
+        self.kept += 1
+        self._give()
+
+    def _give(self) -> None:
+        self.waiting = [each for each in self.waiting if each[0]()]
+        while self.kept and self.waiting:
+            self.kept -= 1
+            self.waiting[0][1]()
+            self.waiting = [each for each in self.waiting if each[0]()]

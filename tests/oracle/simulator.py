@@ -1,7 +1,8 @@
 """Simulates tokens with random delays over the control flow of a model.
 
 It knows nothing of the analysis. Time passes in tasks (also for ever), in catches and in timers, which are late or exact and never
-early. Gateways choose freely. A signal reaches each catch that waits, late or not at all. What becomes of a sample while no token
+early. Gateways choose freely. A signal reaches each catch that waits, late or not at all.
+A message of a message flow is kept until an event takes it. What becomes of a sample while no token
 waits is the reading of a run.
 """
 
@@ -13,7 +14,7 @@ from heapq import heappop, heappush
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from tests.oracle.parts import Log, Scope
+from tests.oracle.parts import Log, Mail, Scope
 from tests.oracle.samples import READINGS, Kept, Sample, Samples, Subscription
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ MOST_STEPS: Final = 4_000
 _SEVERAL: Final = 3
 _DEEPEST: Final = 8
 _INSIDE: Final = frozenset({"subprocess", "transaction", "adhoc"})
+_EVENTS: Final = frozenset({"start", "end", "throw", "catch", "boundary"})
 _GIVEN_OUTSIDE: Final = frozenset(
     {"message", "conditional", "unknown", "error", "escalation", "compensation", "cancel"}
 )
@@ -103,6 +105,11 @@ class Simulation:
         self.log.prompt = calm or random.random() < 0.4
         self.in_order = self.in_order or self.log.prompt
         self.apart = random.random() < 0.5
+        self.brought: dict[int, Mail] = defaultdict(Mail)
+        self.sends: dict[int, list[Mail]] = defaultdict(list)
+        for start, end in flow.messages:
+            if not flow.nodes[end].endpoints:
+                self.sends[start].append(self.brought[end])
         self.joining: dict[tuple[Scope, int], None] = {}
 
     def run(self) -> Log:
@@ -184,6 +191,8 @@ class Simulation:
                 self.samples.waiting[topic].append(Subscription(start, lambda: True, begin))
         elif trigger.kind == "timer" and trigger.timer is not None:
             self._tick(trigger, lambda: True, begin, first=0 if self.calm else None)
+        elif trigger.kind == "message" and start in self.brought:
+            self.brought[start].wait(lambda: True, begin)
         else:
             self._often(begin)
 
@@ -287,6 +296,8 @@ class Simulation:
             return
         node = self.flow.nodes[position]
         kind = node.kind
+        if kind not in _EVENTS:
+            self._send(position)
         if kind in {"start", "end", "throw", "boundary"}:
             self._fire(scope, position, node)
         elif kind == "catch":
@@ -381,6 +392,7 @@ class Simulation:
 
     def _fire(self, scope: Scope, position: int, node: FlowNode) -> None:
         self.log.fired[position].append(self.now)
+        self._send(position)
         if node.kind in {"end", "throw"}:
             kinds = {each.kind for each in node.triggers}
             if "signal" in kinds:
@@ -415,6 +427,11 @@ class Simulation:
         for topic in self.topics[position]:
             self._deliver(topic, Sample(self.now, self.kept_at[position][0]))
 
+    def _send(self, position: int) -> None:
+        """Send a message over each message flow of a node."""
+        for mail in self.sends[position]:
+            self._after(0 if self.log.prompt else self._some_time((position, "mail")), mail.come)
+
     def _outside(self, topic: str) -> None:
         self.log.outside[topic].append(self.now)
         self._deliver(topic, Sample(self.now, Kept()))
@@ -436,6 +453,8 @@ class Simulation:
                 self.samples.subscribe(topic, Subscription(position, alive, do), self.kept_at[position][0])
         elif trigger.kind == "timer" and trigger.timer is not None:
             self._tick(trigger, alive, do, once=not again)
+        elif trigger.kind == "message" and position in self.brought:
+            self.brought[position].wait(alive, do)
         elif trigger.kind in _GIVEN_OUTSIDE:
             self._after(self._some_time((position, trigger.kind)), lambda: do() if alive() else None)
 
