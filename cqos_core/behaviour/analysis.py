@@ -76,11 +76,16 @@ class Behaviour:
     def _as_drawn(self, *, missing: bool) -> ReachableEvents:
         """Return the events that may happen if all that is drawn is considered."""
         ordered, rates = self._ordered_and_rates
-        stuck = stuck_joins(self.graph)
-        if missing and not stuck and not any(self.graph.brought):
+        if missing and not self._stuck and not any(self.graph.brought):
             return ordered
         single = self._single(rates)
-        return reachable_events(self.graph, self.signals, missing=missing, single=single, stuck=stuck, messages=True)
+        return reachable_events(
+            self.graph, self.signals, missing=missing, single=single, stuck=self._stuck, messages=True
+        )
+
+    @cached_property
+    def _stuck(self) -> dict[int, int]:
+        return stuck_joins(self.graph)
 
     @cached_property
     def order(self) -> Order:

@@ -10,6 +10,7 @@ each way leads through it. So what is said of that time needs no count of tokens
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.graph import ENTERED, UNENTERED
@@ -22,19 +23,19 @@ if TYPE_CHECKING:
 _PASSING: Final = frozenset({"task", "subprocess", "call", "throw", "catch"})
 """Kinds of nodes that a token leaves over their only flow, if no boundary event takes it."""
 _BRANCHES: Final = 2
-_MOST: Final = 50
-"""The most inclusive joins of all files that are followed."""
+_MOST: Final = 100
+"""The most pairs of an inclusive and a parallel join that are compared."""
 
 
 def stuck_joins(graph: Graph) -> dict[int, int]:
     """Return the inclusive joins that never happen, each with the parallel join that waits for it and for which it waits."""
     joins = [at for at, node in enumerate(graph.nodes) if node.kind == "inclusive" and _is_join(graph, at)]
-    found = {}
-    for at in joins[:_MOST]:
-        other = next((each for each in _ahead(graph, [at], {at}) if _wait_for_each_other(graph, at, each)), None)
-        if other is not None:
-            found[at] = other
-    return found
+    pairs = ((at, each) for at in joins[:_MOST] for each in _ahead(graph, [at], {at}) if _is_parallel(graph, each))
+    return {at: other for at, other in islice(pairs, _MOST) if _wait_for_each_other(graph, at, other)}
+
+
+def _is_parallel(graph: Graph, at: int) -> bool:
+    return graph.nodes[at].kind == "parallel" and _is_join(graph, at)
 
 
 def _is_join(graph: Graph, at: int) -> bool:
@@ -45,8 +46,6 @@ def _is_join(graph: Graph, at: int) -> bool:
 
 def _wait_for_each_other(graph: Graph, at: int, other: int) -> bool:
     """Whether a parallel join waits for an inclusive one, and that for a token which waits at the parallel one."""
-    if graph.nodes[other].kind != "parallel" or not _is_join(graph, other):
-        return False
     if not any(_only_through(graph, each, {at}) for each in graph.before[other]):
         return False
     coming = {each for each in _ahead(graph, [other], {at}) if at in graph.after[each]}

@@ -49,7 +49,7 @@ def _never_thrown(model: FlowModel, reached: ReachableEvents, louder: ReachableE
         way = _waiting(model, reached, topic)
         late = louder is None and topic in model.behaviour.reachable_in_any_order.thrown
         message = f"no run publishes on `{publishers[0].shown}`{': ' if way else ''}{way}"
-        beside, assumed = _never_started(model, reached, topic), _ordered(reached) if late else (_COMPLETE,)
+        beside, assumed = _never_started(model, reached, topic), _assumed(model, reached, ordered=late)
         least = Severity.WARNING if late else severity
         yield behaviour_finding("BP110", message, publishers, beside=beside, assumed=assumed, severity=least)
         if louder is not None:
@@ -120,19 +120,19 @@ def _dead_events(model: FlowModel, reached: ReachableEvents) -> Iterator[Finding
     for at, node in enumerate(graph.nodes):
         ends = model.ends(at) if node.kind in {"catch", "boundary"} else ()
         if ends and at not in reached.arrived and graph.process[at] in reached.fired:
-            late, assumed = _in_vain(model, at, ordered=at in model.behaviour.reachable_in_any_order.arrived)
+            late, assumed = _in_vain(model, reached, at, ordered=at in model.behaviour.reachable_in_any_order.arrived)
             message = f"no token reaches `{node.id}`, so it never waits for `{ends[0].shown}`{late}"
             yield behaviour_finding("BP112", message, ends, assumed=assumed)
 
 
-def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
+def _in_vain(model: FlowModel, reached: ReachableEvents, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
     """Return in words where a token waits in vain before an event, if the order of events or a choice causes that; and the assumptions."""
     if not ordered:
-        return "", (_COMPLETE,)
-    graph, reached = model.behaviour.graph, model.behaviour.reachable
+        return "", _assumed(model, reached, ordered=False)
+    graph = model.behaviour.graph
     waiting = _blocking(model, reached, at)
     if waiting is None:
-        return "", _ordered(reached)
+        return "", _assumed(model, reached, ordered=True)
     block, name = reached.blocks[waiting], graph.nodes[waiting].id
     gateway = "" if block.gateway is None else graph.nodes[block.gateway].id
     shown = _shown(model, block.topic)
@@ -145,13 +145,16 @@ def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[st
         "message": f"no message comes from {senders} while `{name}` waits",
         "join": f"the inclusive join `{name}` waits for a token that waits for it at `{gateway}`",
     }
-    return f": {words[block.kind]}", _ordered(reached)
+    return f": {words[block.kind]}", _assumed(model, reached, ordered=True)
 
 
-def _ordered(reached: ReachableEvents) -> tuple[str, ...]:
-    """Return the assumptions of a claim that rests on the order of events, on joins or on messages."""
+def _assumed(model: FlowModel, reached: ReachableEvents, *, ordered: bool) -> tuple[str, ...]:
+    """Return the assumptions of a claim; one that holds in any order of events, and whatever waits, needs the fewest."""
+    if not ordered and reached is model.behaviour.reachable:
+        return (_COMPLETE,)
     kinds = {each.kind for each in reached.blocks.values()}
-    return (*_ORDERED, *([_PASSED] if "join" in kinds else []), *([_DRAWN] if "message" in kinds else []))
+    joins, messages = (_PASSED,) if "join" in kinds else (), (_DRAWN,) if "message" in kinds else ()
+    return (*(_ORDERED if ordered else (_COMPLETE,)), *joins, *messages)
 
 
 def _shown(model: FlowModel, topic: Hashable) -> str:
@@ -165,7 +168,7 @@ def _dead_throws(model: FlowModel, reached: ReachableEvents, throws: list[int]) 
         ends = [each for each in model.ends(at) if each.role == PUBLISHER]
         if ends and at not in reached.fired and graph.process[at] in reached.fired:
             ordered = reached is certain and at in model.behaviour.reachable_in_any_order.fired
-            late, assumed = _in_vain(model, at, ordered=ordered)
+            late, assumed = _in_vain(model, reached, at, ordered=ordered)
             severity = Severity.WARNING if ordered or at in certain.fired else None
             message = f"no token reaches `{graph.nodes[at].id}`, so it never publishes on `{ends[0].shown}`{late}"
             yield behaviour_finding("BP111", message, ends, assumed=assumed, severity=severity)
