@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from cqos_core.bpmn.document import identity
 from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.names import POLICIES, key, number, same_value, shown
-from cqos_core.bpmn.words import QOS, qos_settings
+from cqos_core.bpmn.qos_namespace import QOS, qos_settings
 from cqos_core.model.settings import Cases, Setting
 
 if TYPE_CHECKING:

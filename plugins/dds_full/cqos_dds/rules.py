@@ -5,7 +5,7 @@ policy is that of the endpoint itself. `requires` reports if its condition is fa
 `matched_if` condition is false, two endpoints of one topic do not match. Values have the order of the standard, so `>=` is "at least
 as strong as". `both_are(...)` is about implementations that do not compare a policy: no end refuses only if both are such.
 
-`departures` has the differences of implementations from the standard, `advice` connections that may surprise.
+`implementation_rules` has the differences of implementations from the standard, `advice_rules` connections that may surprise.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_ros2_sources.copying import type_of_name
-from cqos_ros2_sources.creating import Given
-from cqos_ros2_sources.evaluating import evaluate, replace_value
+from cqos_ros2_sources.cpp_copies import type_of_name
+from cqos_ros2_sources.endpoint_calls import Given
+from cqos_ros2_sources.expressions import evaluate, replace_value
 from cqos_ros2_sources.frames import lineage
 from cqos_ros2_sources.functions import arity, split_types, takes
 from cqos_ros2_sources.names import last_part, points, without_arguments

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved
-    from cqos_ros2_workspace.joining import Join, JoinedNode
+    from cqos_ros2_workspace.system_join import Join, JoinedNode
     from cqos_ros2_workspace.why.security import Access
 
 MIDDLEWARE_FILES: Final = ("CYCLONEDDS_URI", "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")

@@ -20,8 +20,8 @@ from cqos_ros2.importers.topic_info import type_hashes
 from cqos_ros2.logs import read_line
 from cqos_ros2.types import full_type_name
 from cqos_ros2_workspace.importer import ARGUMENT, IMPORTER, joined
-from cqos_ros2_workspace.launch.running import launch
-from cqos_ros2_workspace.launch.shown import assumptions
+from cqos_ros2_workspace.launch.launch_evaluation import launch
+from cqos_ros2_workspace.launch.launch_output import assumptions
 from cqos_ros2_workspace.launch.values import Unknown, shown
 from cqos_ros2_workspace.launch.workspace import find_packages
 from cqos_ros2_workspace.why.causes import MIDDLEWARE_FILES, Evidence, Switched
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved
-    from cqos_ros2_workspace.joining import Join
-    from cqos_ros2_workspace.launch.started import Launched
+    from cqos_ros2_workspace.launch.launch_result import Launched
+    from cqos_ros2_workspace.system_join import Join
     from cqos_ros2_workspace.why.definitions import Defined
 
 
