@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_ros2_sources import node_file_maker
-from cqos_ros2_sources import packages
+from cqos_ros2_sources import node_file_maker, packages
 
 CODE = "import rclpy\nfrom std_msgs.msg import String\ndef main():\n    node = rclpy.create_node('n')\n    node.create_publisher(String, 'a', 3)\n"
 FILES = {
