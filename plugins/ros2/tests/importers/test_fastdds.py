@@ -302,7 +302,11 @@ class TestLeaseOfParticipants:
         ("inner", "unread"),
         [
             ("<General><Interfaces/></General><Discovery><Peers/></Discovery>", []),
-            ("<Partitioning><IgnoredPartitions/></Partitioning>", ["Domain/Partitioning"]),
+            ("<Partitioning><IgnoredPartitions/></Partitioning>", []),
+            (
+                "<Partitioning><IgnoredPartitions><IgnoredPartition/></IgnoredPartitions></Partitioning>",
+                ["Partitioning/IgnoredPartitions"],
+            ),
             ("<Discovery><Tag>a</Tag></Discovery>", ["Discovery/Tag"]),
         ],
     )
