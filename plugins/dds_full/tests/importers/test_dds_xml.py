@@ -402,8 +402,10 @@ class TestWhatIsNotModelled:
             ),
             ("<resource_limits><max_gather_destinations>16</max_gather_destinations></resource_limits>", False, []),
             (
-                "<property><value><element><name>dds.transport.UDPv4.builtin.recv_socket_buffer_size</name>"
-                "<value>1</value></element><element><name>rti.monitor.library</name></element></value></property>",
+                (
+                    "<property><value><element><name>dds.transport.UDPv4.builtin.recv_socket_buffer_size</name>"
+                    "<value>1</value></element><element><name>rti.monitor.library</name></element></value></property>"
+                ),
                 False,
                 [],
             ),

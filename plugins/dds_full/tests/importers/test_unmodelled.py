@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
+from cqos_core import check
 from cqos_dds.importers.policy_forms import (
     FAST_ALSO,
     FAST_QOS,
@@ -225,3 +226,30 @@ MATCHED = "<matched{0}sAllocation><{1}>{2}</{1}></matched{0}sAllocation>"
 )
 def test_the_most_specific_pattern_decides(name, xml, found):
     assert undecided(TABLES[name], xml) == found
+
+
+SYSTEM = """cqos: 1
+protocol: dds
+options: {{dds: {{implementation: {}}}}}
+participants:
+  a: {{publishes: {{T: {{}}}}}}
+  b: {{subscribes: {{T: {{}}}}}}
+"""
+TAG = b"<CycloneDDS><Domain><Discovery><Tag>a</Tag></Discovery></Domain></CycloneDDS>"
+UNKNOWN = b"<dds><qos_library name='L'><qos_profile name='P'><participant_qos><nobody_has_this/></participant_qos></qos_profile></qos_library></dds>"
+
+
+@pytest.mark.parametrize(
+    ("implementation", "xml", "reported"),
+    [
+        ("cyclonedds", TAG, []),
+        ("cyclonedds_0_10", TAG, []),
+        ("opendds", TAG, ["implementation cyclonedds or cyclonedds_0_10"]),
+        ("connext", UNKNOWN, []),
+        ("opendds", UNKNOWN, ["implementation connext or standard"]),
+    ],
+)
+def test_a_file_that_holds_under_several_implementations_covers_endpoints_of_one(implementation, xml, reported):
+    report = check(SYSTEM.format(implementation).encode(), xml)
+    said = [finding.message.rpartition(", ")[2] for finding in report.findings if finding.code == "CQ214"]
+    assert said == reported
