@@ -35,6 +35,8 @@ EFFECTS: Final[Mapping[Effect, str]] = {
 
 Undecided: TypeAlias = "tuple[str, Element, Effect]"
 """The path of an element that may decide, the element, and what it may decide."""
+Placed: TypeAlias = "tuple[str, Place, Effect]"
+"""The same with the place of the element."""
 _PATTERNS: Final = 2048  # more than all tables have; `fnmatch` itself keeps 256
 
 
@@ -141,6 +143,10 @@ class XmlImporter(FileImporter):
         if not isinstance(node, etree._Element):  # noqa: SLF001
             return super().place(node)
         return Place(self.source.name, self._lines.line(node) or 1, path=f"{written(node)}[1]")
+
+    def placed(self, found: Iterable[Undecided]) -> list[Placed]:
+        """Return where elements that may decide are."""
+        return [(path, self.place(element), effect) for path, element, effect in found]
 
     def problem(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
         """Collect a problem."""

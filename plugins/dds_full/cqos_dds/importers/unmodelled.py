@@ -14,11 +14,11 @@ from cqos_core.packs.xml_importer import EFFECTS, Effect, ElementTable
 from cqos_dds.extension_policies import EXTENSIONS, MAY_LOSE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import System
-    from cqos_core.packs.xml_importer import Undecided, XmlImporter
+    from cqos_core.packs.xml_importer import Placed
 
 _NAMES: Final = "names that tools show"
 _MEMORY: Final = "memory that is allocated beforehand, and room for what is remembered of peers"
@@ -599,6 +599,8 @@ OPENDDS: Final = ElementTable(
         **_each(
             _DEFAULT,
             "common/DCPSSecurity=0",
+            "common/DCPSSecurityFakeEncryption=0",
+            "rtps_discovery/*UserTag*=0",
             "common/DCPSGlobalTransportConfig=$file",
             "rtps_discovery/UseXTypes=no",
             "common/DCPSDefaultDiscovery=default_rtps",
@@ -656,19 +658,26 @@ def leave_losses_open(settings: Settings, place: Place) -> None:
 
 def lay_over_participants(
     system: System,
-    found: Iterable[Undecided],
+    found: Sequence[Placed],
     implementations: Iterable[str],
-    reading: XmlImporter,
     *,
     participant: str = "*",
+    kind: str = "element",
 ) -> list[Part]:
-    """Leave unknown what elements of participants may decide; return those that may keep pairs apart, as parts that were not read."""
-    every = [(path, reading.place(element), effect) for path, element, effect in found]
+    """Leave unknown what elements of participants may decide; return those that may keep pairs apart, as parts that were not read.
+
+    Args:
+        system: where the overlays go.
+        found: elements that may decide.
+        implementations: those that read the file.
+        participant: pattern of the participants.
+        kind: what a part of the file is called.
+    """
     settings: Settings = {}
-    refusing = [(path, place) for path, place, effect in every if effect == "match"]
+    refusing = [(path, place) for path, place, effect in found if effect == "match"]
     if refusing:
         leave_unknown(settings, [path for path, _ in refusing], refusing[0][1])
-    for _, place, effect in every:
+    for _, place, effect in found:
         if effect == "delivery":
             leave_losses_open(settings, place)
     for implementation in implementations if settings else ():
@@ -683,7 +692,7 @@ def lay_over_participants(
                 place=settings[EXTENSIONS.name].place,
             )
         )
-    return [Part("element", path, EFFECTS[effect], place, 0) for path, place, effect in every if effect != "delivery"]
+    return [Part(kind, path, EFFECTS[effect], place, 0) for path, place, effect in found if effect != "delivery"]
 
 
 def _unknown(paths: Iterable[str], place: Place) -> Setting:
