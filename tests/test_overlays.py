@@ -69,6 +69,14 @@ class TestOver:
         parts = (writer("box", "writer/1", care="plain"),)
         assert care(*parts, overlays=[overlay(more, care="signed")], options={"carrier": "bike"}) == ["signed"]
 
+    @pytest.mark.parametrize(("carrier", "reported"), [("bike", 0), ("pigeon", 0), ("train", 1)])
+    def test_one_that_holds_under_several_values_is_reported_once_where_none_of_them_holds(self, carrier, reported):
+        overlays = [overlay({"when": ("carrier", each)}, care="signed") for each in ("bike", "pigeon")]
+        report = checked(writer("box"), overlays=overlays, options={"carrier": carrier})
+        found = [each.message for each in report.findings if each.code == "CQ214"]
+        assert len(found) == reported
+        assert all("carrier bike or pigeon" in message for message in found)
+
     def test_its_own_dialect_reads_it(self):
         over = overlay({"dialect": "form"}, sorgfalt="2", delay="3")
         report = checked(

@@ -35,6 +35,8 @@ EFFECTS: Final[Mapping[Effect, str]] = {
 
 Undecided: TypeAlias = "tuple[str, Element, Effect]"
 """The path of an element that may decide, the element, and what it may decide."""
+Placed: TypeAlias = "tuple[str, Place, Effect]"
+"""The same with the place of the element."""
 _PATTERNS: Final = 2048  # more than all tables have; `fnmatch` itself keeps 256
 
 
@@ -54,12 +56,14 @@ _NAMED: Final = frozenset(("element", "property"))
 class ElementTable:
     """Elements of a format that no policy models, sorted by what they can decide.
 
-    A pattern is a path below some element, perhaps with the text of the last one in lower case: ``batch/enable=false``. A property
-    goes by its ``<name>``. An element in neither table may prevent a match.
+    A pattern is a path below some element, perhaps with the text of the last one in lower case: ``batch/enable=false``. It has no
+    text where it is empty: ``discovery/peers=``. A property goes by its ``<name>``. Of several patterns about an element the most
+    specific one wins: one with a text, then the one with most letters, and of two equal ones that of `may_decide`. An element that
+    no pattern is about is sorted as the one that it stands in. An element in neither table may prevent a match.
 
     Attributes:
         cannot_matter: patterns of elements that decide nothing, each with the reason; they cover all that stands in them.
-        may_decide: patterns of all others. One of them wins over one of `cannot_matter`, unless that states a text.
+        may_decide: patterns of all others.
         any_case: the owner of the format compares names without regard to case; patterns are in lower case.
     """
 
@@ -67,30 +71,43 @@ class ElementTable:
     may_decide: Mapping[str, Effect] = field(hash=False)
     any_case: bool = False
 
-    def find(self, path: str, text: str = "") -> Effect | Literal["none"] | None:
-        """Return what an element of a path and text may decide; None where no pattern is about it."""
-        path = path.lower() if self.any_case else path
-        stated = f"{path}={text.strip().lower()}"
-        if any("=" in pattern and _fits(stated, pattern) for pattern in self.cannot_matter):
-            return "none"
-        for pattern, effect in self.may_decide.items():
-            if _fits(stated if "=" in pattern else path, pattern):
-                return effect
-        return "none" if any(_fits(path, pattern) for pattern in self.cannot_matter) else None
+    def find(self, path: str, text: str | None = None) -> Effect | Literal["none"] | None:
+        """Return what an element of a path and text may decide; None where no pattern is about it.
 
-    def undecided(self, element: Element, path: str) -> Iterator[Undecided]:
-        """Yield an element, or those in it, that may decide: path, element and what it may decide."""
-        effect = self.find(path, text_of(element))
+        An element that holds others has no text.
+        """
+        path = path.lower() if self.any_case else path
+        stated = None if text is None else f"{path}={text.strip().lower()}"
+        effects: dict[str, Effect | Literal["none"]] = {**dict.fromkeys(self.cannot_matter, "none"), **self.may_decide}
+        about = [
+            pattern
+            for pattern in effects
+            if (_fits(path, pattern) if "=" not in pattern else stated is not None and _fits(stated, pattern))
+        ]
+        return effects[max(reversed(about), key=_letters)] if about else None
+
+    def undecided(self, element: Element, path: str, around: Effect | None = None) -> Iterator[Undecided]:
+        """Yield an element, or those in it, that may decide: path, element and what it may decide.
+
+        Args:
+            element: the element.
+            path: its path.
+            around: what the element that it stands in may decide.
+        """
+        inner = [*elements(element)]
+        text = text_of(element)
+        filled = bool(inner) or (not text and bool(path) and bool(element.attrib))
+        effect = self.find(path, None if filled else text)
         if effect == "none":
             return
-        inner = [*elements(element)]
-        if effect is not None or not self._leads_on(path) or (not inner and text_of(element)):
+        effect = effect or around
+        if not self._leads_on(path) or (not inner and (text or filled)):
             yield path, element, effect or "match"
             return
         for child in inner:
             named = children(child, "name") if local(child) in _NAMED else ()
             name = text_of(named[0]) if named else local(child)
-            yield from self.undecided(child, f"{path}/{name}" if path else name)
+            yield from self.undecided(child, f"{path}/{name}" if path else name, effect)
 
     def _leads_on(self, path: str) -> bool:
         """Whether a pattern is about something in an element of a path."""
@@ -100,6 +117,11 @@ class ElementTable:
             if len(stated) > len(steps) and all(map(_fits, steps, stated)):
                 return True
         return False
+
+
+def _letters(pattern: str) -> tuple[bool, int]:
+    """Return how much a pattern says."""
+    return "=" in pattern, len(pattern) - pattern.count("*") - pattern.count("?")
 
 
 class XmlImporter(FileImporter):
@@ -121,6 +143,10 @@ class XmlImporter(FileImporter):
         if not isinstance(node, etree._Element):  # noqa: SLF001
             return super().place(node)
         return Place(self.source.name, self._lines.line(node) or 1, path=f"{written(node)}[1]")
+
+    def placed(self, found: Iterable[Undecided]) -> list[Placed]:
+        """Return where elements that may decide are."""
+        return [(path, self.place(element), effect) for path, element, effect in found]
 
     def problem(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
         """Collect a problem."""

@@ -124,21 +124,28 @@ class Overlays:
         return layer
 
     def report(self) -> None:
-        """Report overlays, and settings of theirs, that are without effect."""
+        """Report overlays, and settings of theirs, that are without effect; those that differ in `when` only count as one."""
+        siblings: dict[object, list[int]] = {}
         for index, overlay in enumerate(self._system.overlays):
-            if index in self._of_participants:
+            siblings.setdefault(_target(overlay), []).append(index)
+        for group in siblings.values():
+            overlay = self._system.overlays[group[0]]
+            if not self._of_participants.isdisjoint(group):
                 continue
-            if index not in self.used:
-                message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
+            if self.used.isdisjoint(group):
+                covering = _covering([self._system.overlays[index] for index in group])
+                message = f"{overlay.name} covers no endpoint: nothing matches {covering}"
                 self._reader.say("CQ214", message, overlay.place, "system", (), overlay.advice or None)
-            elif index not in self._laid:
+            elif self._laid.isdisjoint(group):
                 message = (
                     f"{overlay.name} covers only endpoints that were observed, and changes nothing of what was seen"
                 )
                 self._reader.say("CQ214", message, overlay.place, "system", severity=Severity.NOTE)
-        for key, (policy, stated) in self._gave_way.items():
-            if key not in self._took_effect:
-                overlay = self._system.overlays[key[0]]
+        done = {(_target(self._system.overlays[index]), policy) for index, policy in self._took_effect}
+        for (index, at), (policy, stated) in self._gave_way.items():
+            overlay = self._system.overlays[index]
+            if (_target(overlay), at) not in done:
+                done.add((_target(overlay), at))
                 message = (
                     f"{overlay.name} sets `{policy}` to {stated.text}, but all endpoints that it covers have their own"
                 )
@@ -223,13 +230,31 @@ def _raises(policy: Policy, before: str, after: Stated) -> bool:
         return False
 
 
-def _covering(overlay: Overlay) -> str:
-    """Return the target of an overlay in words."""
+def _target(overlay: Overlay) -> object:
+    """Return what is the same of an overlay that is stated once and holds under several values of an option."""
+    return (
+        overlay.name,
+        overlay.place,
+        overlay.protocol,
+        overlay.role,
+        overlay.topic,
+        overlay.participant,
+        overlay.entity,
+        *overlay.settings,
+    )
+
+
+def _covering(overlays: Sequence[Overlay]) -> str:
+    """Return the target of overlays that differ in `when` only, in words."""
+    overlay = overlays[0]
+    values: dict[str, list[str]] = {}
+    for option, value in (each.when for each in overlays if each.when is not None):
+        values.setdefault(option, []).append(value)
     parts = {
         f"participant `{overlay.participant}`": True,
         f"topic `{overlay.topic}`": True,
         f"role {overlay.role}": overlay.role is not None,
         f"entity `{overlay.entity}`": overlay.entity is not None,
-        " ".join(overlay.when or ()): overlay.when is not None,
+        **{f"{option} {' or '.join(dict.fromkeys(each))}": True for option, each in values.items()},
     }
     return ", ".join(part for part, said in parts.items() if said)

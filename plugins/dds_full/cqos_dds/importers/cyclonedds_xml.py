@@ -67,7 +67,7 @@ class _File(XmlReading):
                 laid = Overlay("cyclonedds.xml", {LEASE: lease}, protocol=PROTOCOL, when=when, place=lease.place)
                 self.system.overlays.append(laid)
         deciding = [each for domain in elements(root) for each in CYCLONE.undecided(domain, "")]
-        self.parts += lay_over_participants(self.system, deciding, CYCLONE_DDS, self)
+        self.parts += lay_over_participants(self.system, self.placed(deciding), CYCLONE_DDS)
         return self.finish()
 
     def discovery(self, section: Element) -> Setting | None:

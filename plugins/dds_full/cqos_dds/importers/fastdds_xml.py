@@ -105,7 +105,7 @@ class _File(XmlReading):
                 self.pass_over(element, local(element))
                 deciding += FAST_SECTIONS.undecided(element, local(element))
         lay_leases(participants, (_FAST_DDS,), self)
-        self.parts += lay_over_participants(self.system, deciding, (_FAST_DDS,), self)
+        self.parts += lay_over_participants(self.system, self.placed(deciding), (_FAST_DDS,))
         return self.finish()
 
     def profile(self, element: Element) -> None:

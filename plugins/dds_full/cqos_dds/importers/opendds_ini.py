@@ -1,6 +1,7 @@
 """Reads configurations of OpenDDS (``-DCPSConfigFile``): the lease of participants.
 
-Static endpoints, and settings that may keep participants apart, are named as parts that are not read.
+Static endpoints, and settings that may keep participants apart, are named as parts that are not read. Settings that may prevent a match
+leave it unknown.
 """
 
 from __future__ import annotations
@@ -13,19 +14,20 @@ from cqos_core.model.encoding import decode
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import Overlay, Part
 from cqos_core.packs.file_importer import FileImporter
-from cqos_core.packs.xml_importer import EFFECTS
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.leases import LEASE
-from cqos_dds.importers.unmodelled import OPENDDS
+from cqos_dds.importers.unmodelled import OPENDDS, lay_over_participants
 
 if TYPE_CHECKING:
     from cqos_core.model.source import ReadContext, Source
     from cqos_core.model.system import System
+    from cqos_core.packs.xml_importer import Placed
 
 _SECTION: Final = re.compile(r"\s*\[(?P<kind>[^\]/@]+)(?P<name>[^\]]*)\]")
 _KEY: Final = re.compile(r"\s*(?P<key>[^#;=\s][^=]*?)\s*=\s*(?P<value>.*?)\s*")
 _ENDPOINT: Final = "endpoint"
 _LEASE: Final = "rtps_discovery/LeaseDuration"
+_OPENDDS: Final = "opendds"
 _SECONDS: Final = re.compile(r"[0-9]{1,9}")
 
 
@@ -48,6 +50,7 @@ class _File(FileImporter):
         """Read the sections of the file."""
         kind = ""
         parts: list[Part] = []
+        deciding: list[Placed] = []
         leases: dict[str, Setting] = {}
         for number, line in enumerate(decode(self.source.data).splitlines(), 1):
             place = Place(self.source.name, number)
@@ -61,8 +64,9 @@ class _File(FileImporter):
                 if path == _LEASE:
                     leases.setdefault(found["value"], self.lease(found["value"], place))
                 elif (effect := OPENDDS.find(path, found["value"]) or "match") != "none":
-                    parts.append(Part("setting", path, EFFECTS[effect], place, 0))
+                    deciding.append((path, place, effect))
         self.lay(leases)
+        parts += lay_over_participants(self.system, deciding, (_OPENDDS,), kind="setting")
         if parts:
             named = listed([shown(each) for each in dict.fromkeys(part.name for part in parts)], "and")
             message = f"settings of OpenDDS that may keep endpoints apart are not read: {named}"
@@ -82,6 +86,6 @@ class _File(FileImporter):
             several = len(leases) > 1
             cause = "the file sets several participant leases; state `participant_lease` at the participants"
             stated = Setting("", setting.place, unknown=cause) if several else setting
-            when = ("implementation", "opendds")
+            when = ("implementation", _OPENDDS)
             laid = Overlay("configuration of OpenDDS", {LEASE: stated}, protocol="dds", when=when, place=setting.place)
             self.system.overlays.append(laid)

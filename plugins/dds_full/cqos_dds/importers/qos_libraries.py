@@ -145,7 +145,7 @@ class QosLibraries:
             found = DDS_XML_PARTICIPANT.undecided(element, "")
             reading = self.reading
             reading.parts += lay_over_participants(
-                reading.system, found, ("connext", "standard"), reading, participant=participant
+                reading.system, reading.placed(found), ("connext", "standard"), participant=participant
             )
 
     def lease(self, element: Element, profile: str) -> None:

@@ -14,11 +14,11 @@ from cqos_core.packs.xml_importer import EFFECTS, Effect, ElementTable
 from cqos_dds.extension_policies import EXTENSIONS, MAY_LOSE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import System
-    from cqos_core.packs.xml_importer import Undecided, XmlImporter
+    from cqos_core.packs.xml_importer import Placed
 
 _NAMES: Final = "names that tools show"
 _MEMORY: Final = "memory that is allocated beforehand, and room for what is remembered of peers"
@@ -216,6 +216,7 @@ DDS_XML_PARTICIPANT: Final = ElementTable(
             "entity_factory/autoenable_created_entities=true",
             "discovery/accept_unknown_peers=true",
             "transport_builtin/mask=*udpv4*",
+            "transport_builtin/mask=*mask_default*",
             "wire_protocol/*_id=*auto*",
             "wire_protocol/participant_id=-1",
             "discovery_config/builtin_discovery_plugins=*sdp*",
@@ -228,6 +229,7 @@ DDS_XML_PARTICIPANT: Final = ElementTable(
         **_may(
             "match",
             "discovery_config/builtin_discovery_plugins",
+            "discovery_config/builtin_discovery_plugins=*sdp2*",
             "entity_factory/autoenable_created_entities",
             "property/value/*",
         ),
@@ -241,6 +243,7 @@ DDS_XML_PARTICIPANT: Final = ElementTable(
             "resource_limits/*_max_*length",
             "resource_limits/max_*",
             "transport_builtin",
+            "transport_builtin/mask=*udpv4_wan*",
             "wire_protocol/participant_id",
             "wire_protocol/rtps_*_id",
             "wire_protocol/rtps_well_known_ports",
@@ -260,8 +263,8 @@ FAST: Final = ElementTable(
         **_each(
             _MEMORY,
             "historyMemoryPolicy",
-            "matchedSubscribersAllocation",
-            "matchedPublishersAllocation",
+            "matched*Allocation/initial",
+            "matched*Allocation/increment",
             "topic/resourceLimitsQos/allocated_samples",
             "topic/resourceLimitsQos/extra_samples",
         ),
@@ -294,12 +297,14 @@ FAST: Final = ElementTable(
             "expects_inline_qos=false",
             "qos/data_sharing/kind=auto*",
             "qos/data_sharing/kind=off",
+            "matched*Allocation/maximum=0",
         ),
     },
     may_decide=_may(
         "match",
         "expectsInlineQos",
         "expects_inline_qos",
+        "matched*Allocation/maximum",
         "propertiesPolicy/*/*",
         "qos/data_sharing/kind",
         "qos/publishMode/flow_controller_name",
@@ -307,8 +312,9 @@ FAST: Final = ElementTable(
 )
 """Below ``data_writer`` and ``data_reader`` in profiles of Fast DDS.
 
-A writer or reader with data sharing ``ON`` cannot be created with a history that grows, nor a writer with a flow controller that its
-participant does not have. Cyclone DDS drops a reader that expects inline QoS.
+A writer or reader refuses further matches at its maximum, where 0 is no maximum. One with data sharing ``ON`` cannot be created with a
+history that grows, nor a writer with a flow controller that its participant does not have. Cyclone DDS drops a reader that expects
+inline QoS.
 """
 
 FAST_PARTICIPANT: Final = ElementTable(
@@ -471,6 +477,8 @@ CYCLONE: Final = ElementTable(
             "discovery/externaldomainid=default",
             "discovery/participantindex=default",
             "discovery/participantindex=auto",
+            "discovery/peers=",
+            "discovery/ports=",
             "general/allowmulticast=true",
             "general/allowmulticast=default",
             "general/enablemulticastloopback=true",
@@ -481,6 +489,11 @@ CYCLONE: Final = ElementTable(
             "internal/builtinendpointset=writers",
             "internal/maxparticipants=0",
             "internal/squashparticipants=false",
+            "internal/test=",
+            "internal/watermarks=",
+            "partitioning/ignoredpartitions=",
+            "partitioning/networkpartitions=",
+            "partitioning/partitionmappings=",
             "ssl/enable=false",
             "tcp/enable=false",
             "tcp/enable=default",
@@ -586,7 +599,13 @@ OPENDDS: Final = ElementTable(
             _WITHOUT, "topic/*", "datawriterqos/*", "datareaderqos/*", "publisherqos/*", "subscriberqos/*", "endpoint/*"
         ),
         **_each(
-            _DEFAULT, "common/DCPSSecurity=0", "rtps_discovery/UseXTypes=no", "common/DCPSDefaultDiscovery=default_rtps"
+            _DEFAULT,
+            "common/DCPSSecurity=0",
+            "common/DCPSSecurityFakeEncryption=0",
+            "rtps_discovery/*UserTag*=0",
+            "common/DCPSGlobalTransportConfig=$file",
+            "rtps_discovery/UseXTypes=no",
+            "common/DCPSDefaultDiscovery=default_rtps",
         ),
     },
     may_decide={
@@ -641,19 +660,26 @@ def leave_losses_open(settings: Settings, place: Place) -> None:
 
 def lay_over_participants(
     system: System,
-    found: Iterable[Undecided],
+    found: Sequence[Placed],
     implementations: Iterable[str],
-    reading: XmlImporter,
     *,
     participant: str = "*",
+    kind: str = "element",
 ) -> list[Part]:
-    """Leave unknown what elements of participants may decide; return those that may keep pairs apart, as parts that were not read."""
-    every = [(path, reading.place(element), effect) for path, element, effect in found]
+    """Leave unknown what elements of participants may decide; return those that may keep pairs apart, as parts that were not read.
+
+    Args:
+        system: where the overlays go.
+        found: elements that may decide.
+        implementations: those that read the file.
+        participant: pattern of the participants.
+        kind: what a part of the file is called.
+    """
     settings: Settings = {}
-    refusing = [(path, place) for path, place, effect in every if effect == "match"]
+    refusing = [(path, place) for path, place, effect in found if effect == "match"]
     if refusing:
         leave_unknown(settings, [path for path, _ in refusing], refusing[0][1])
-    for _, place, effect in every:
+    for _, place, effect in found:
         if effect == "delivery":
             leave_losses_open(settings, place)
     for implementation in implementations if settings else ():
@@ -668,7 +694,7 @@ def lay_over_participants(
                 place=settings[EXTENSIONS.name].place,
             )
         )
-    return [Part("element", path, EFFECTS[effect], place, 0) for path, place, effect in every if effect != "delivery"]
+    return [Part(kind, path, EFFECTS[effect], place, 0) for path, place, effect in found if effect != "delivery"]
 
 
 def _unknown(paths: Iterable[str], place: Place) -> Setting:

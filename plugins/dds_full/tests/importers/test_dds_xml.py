@@ -352,6 +352,7 @@ class TestWhatIsNotModelled:
             "<batch><enable>false</enable></batch>",
             "<reliability><acknowledgment_kind>DDS_PROTOCOL_ACKNOWLEDGMENT_MODE</acknowledgment_kind></reliability>",
             "<unicast><value/></unicast>",
+            "<service><kind>NO_SERVICE_QOS</kind></service>",
         ],
     )
     def test_an_element_that_changes_no_match_is_listed_only(self, element):
@@ -393,6 +394,21 @@ class TestWhatIsNotModelled:
             ),
             ("<event><thread><priority>1</priority></thread></event>", False, []),
             ("<discovery_config/><property/>", False, []),
+            ("<transport_builtin><mask>UDPv4 | SHMEM</mask></transport_builtin>", False, []),
+            (
+                "<transport_builtin><mask>UDPv4_WAN</mask></transport_builtin>",
+                False,
+                ["transport_builtin/mask"],
+            ),
+            ("<resource_limits><max_gather_destinations>16</max_gather_destinations></resource_limits>", False, []),
+            (
+                (
+                    "<property><value><element><name>dds.transport.UDPv4.builtin.recv_socket_buffer_size</name>"
+                    "<value>1</value></element><element><name>rti.monitor.library</name></element></value></property>"
+                ),
+                False,
+                [],
+            ),
         ],
     )
     def test_qos_of_participants_that_may_keep_them_apart_is_named(self, qos, unknown, parts):

@@ -213,6 +213,11 @@ def test_a_kind_that_fast_dds_refuses_is_an_error():
             "/x`",
         ),
         ("<reliability><later>1</later></reliability>", "", "`qos/reliability/later`"),
+        (
+            "",
+            "<matchedSubscribersAllocation><initial>1</initial><maximum>1</maximum></matchedSubscribersAllocation>",
+            "`matchedSubscribersAllocation/maximum`",
+        ),
     ],
 )
 def test_an_element_that_may_decide_leaves_the_pair_unknown(qos, beside, named):
@@ -224,6 +229,7 @@ def test_an_element_that_may_decide_leaves_the_pair_unknown(qos, beside, named):
 
 def test_an_element_that_changes_no_match_is_listed_only():
     beside = "<times/><historyMemoryPolicy>DYNAMIC</historyMemoryPolicy><unicastLocatorList/>"
+    beside += "<matchedSubscribersAllocation><initial>1</initial><maximum>0</maximum></matchedSubscribersAllocation>"
     qos = "<publishMode><kind>ASYNCHRONOUS</kind></publishMode><data_sharing><kind>OFF</kind></data_sharing>"
     text = profiles(writer("w", qos).replace("</data_writer>", f"{beside}</data_writer>"))
     assert [note.code for note in reads(text).notes] == ["DDS901"]

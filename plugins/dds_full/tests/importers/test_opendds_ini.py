@@ -13,8 +13,8 @@ participants:
 """
 
 
-def report(tmp_path, ini):
-    (tmp_path / "s.yaml").write_text(SYSTEM, encoding="utf-8")
+def report(tmp_path, ini, system=SYSTEM):
+    (tmp_path / "s.yaml").write_text(system, encoding="utf-8")
     (tmp_path / "dds.ini").write_text(ini, encoding="utf-8")
     return check(tmp_path / "s.yaml", tmp_path / "dds.ini")
 
@@ -33,6 +33,32 @@ LEASE = "[rtps_discovery/{}]\nLeaseDuration={}\n"
 )
 def test_the_lease_is_read(tmp_path, ini, words):
     assert report(tmp_path, ini).verdict_words == words
+
+
+@pytest.mark.parametrize(
+    ("ini", "words"),
+    [
+        ("[common]\nDCPSSecurity=1\n", "unknown"),
+        ("[common]\nDCPSSecurity=0\n", "compatible"),
+        ("[rtps_discovery/a]\nUserTag=7\n", "unknown"),
+        ("[rtps_discovery/a]\nSpdpUserTag=7\n", "unknown"),
+        ("[rtps_discovery/a]\nSpdpUserTag=0\n", "compatible"),
+        ("[common]\nDCPSNobodyHasThis=1\n", "unknown"),
+        ("[common]\nDCPSGlobalTransportConfig=$file\n", "compatible"),
+        ("[rtps_discovery/a]\nSpdpSendAddrs=h:1\n", "compatible as far as read"),
+    ],
+)
+def test_what_may_prevent_a_match_leaves_pairs_of_opendds_unknown(tmp_path, ini, words):
+    found = report(tmp_path, LEASE.format("l", 30) + ini)
+    assert found.verdict_words == words
+    assert ("CQ217" in {finding.code for finding in found.findings}) is (words == "unknown")
+    assert "CQ214" not in {finding.code for finding in found.findings}
+
+
+def test_it_leaves_pairs_of_others_as_they_are(tmp_path):
+    others = SYSTEM.replace("opendds", "fastdds").replace("{needs: {liveness: 30s}}", "{}")
+    found = report(tmp_path, "[common]\nDCPSSecurity=1\n", others)
+    assert found.verdict == "compatible"
 
 
 @pytest.mark.parametrize(

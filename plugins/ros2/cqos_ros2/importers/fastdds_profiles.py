@@ -144,6 +144,8 @@ class _Reader(XmlImporter):
             whole = "".join(element.itertext()).strip()
             if inner in _WAYS and (field is None or not self.is_duration(element)):
                 self.policies(element, inner, settings)
+            elif inner in _MAXIMA and whole == "0":
+                continue  # no maximum, which is the default
             elif field is None:
                 self.unread.setdefault(inner, self.place(element))
             elif inner not in _WAYS and (variable := _VARIABLE.search(whole)):
@@ -248,4 +250,6 @@ _FIELDS: Final = {
     "qos/latencyBudget/duration": _Field("latency_budget"),
     "qos/partition/names": _Field("partition", _names),
 }
-_WAYS: Final = {path.rpartition("/")[0] for path in _FIELDS} | {"qos", "topic"}
+_MATCHED: Final = frozenset(("matchedSubscribersAllocation", "matchedPublishersAllocation"))
+_MAXIMA: Final = frozenset(f"{each}/maximum" for each in _MATCHED)
+_WAYS: Final = {path.rpartition("/")[0] for path in _FIELDS} | {"qos", "topic"} | _MATCHED

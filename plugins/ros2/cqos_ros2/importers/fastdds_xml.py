@@ -52,7 +52,7 @@ _SIDES: Final[dict[Role, dict[str, str]]] = {
 _LEFT_OPEN: Final = ("system_default", "unspecified", "default")
 _PARTITION: Final = "partition"
 # What decides no match, by the start of its path (Fast DDS 2.14, XML profiles and EDP::valid_matching; but Cyclone DDS drops a reader
-# that expects inline QoS). rmw_fastrtps sets data
+# that expects inline QoS, and at a maximum of matched ends Fast DDS refuses further ones). rmw_fastrtps sets data
 # representation and user data itself; what concerns addresses belongs to discovery, which no rule judges.
 _NO_EFFECT: Final = tuple(
     f"{path}/"
@@ -71,8 +71,11 @@ _NO_EFFECT: Final = tuple(
             "propertiesPolicy",
             "userDefinedID",
             "entityID",
-            "matchedSubscribersAllocation",
-            "matchedPublishersAllocation",
+        ),
+        *(
+            f"matched{ends}sAllocation/{each}"
+            for ends in ("Subscriber", "Publisher")
+            for each in ("initial", "increment")
         ),
         *(
             "throughputController",

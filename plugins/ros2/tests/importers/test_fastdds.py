@@ -250,6 +250,21 @@ class TestWhatKeepsEndpointsApart:
         assert checked(xml, subscribes="/scan: default", rmw="fastdds").verdict == verdict
         assert checked(xml, subscribes="/scan: default", rmw="cyclonedds").verdict == "compatible"
 
+    @pytest.mark.parametrize(
+        ("fields", "verdict"),
+        [
+            ("<maximum>1</maximum>", "unknown"),
+            ("<maximum>0</maximum>", "compatible"),
+            ("<initial>1</initial><increment>1</increment>", "compatible"),
+            ("", "compatible"),
+        ],
+    )
+    @pytest.mark.parametrize(("tag", "other"), [("data_writer", "Subscribers"), ("data_reader", "Publishers")])
+    def test_a_maximum_of_matched_ends_may_refuse_one(self, tag, other, fields, verdict):
+        inner = f"<matched{other}Allocation>{fields}</matched{other}Allocation>"
+        xml = profiles(f'<{tag} profile_name="x" is_default_profile="true">{inner}</{tag}>')
+        assert checked(xml, subscribes="/scan: default", rmw="fastdds").verdict == verdict
+
     def test_what_is_not_judged_makes_the_coverage_less_with_fast_dds_only(self):
         xml = ends(partition("left"), partition("right"))
         fast, other = (checked(xml, subscribes="/scan: default", rmw=rmw) for rmw in ("fastdds", "cyclonedds"))
@@ -302,7 +317,11 @@ class TestLeaseOfParticipants:
         ("inner", "unread"),
         [
             ("<General><Interfaces/></General><Discovery><Peers/></Discovery>", []),
-            ("<Partitioning><IgnoredPartitions/></Partitioning>", ["Domain/Partitioning"]),
+            ("<Partitioning><IgnoredPartitions/></Partitioning>", []),
+            (
+                "<Partitioning><IgnoredPartitions><IgnoredPartition/></IgnoredPartitions></Partitioning>",
+                ["Partitioning/IgnoredPartitions"],
+            ),
             ("<Discovery><Tag>a</Tag></Discovery>", ["Discovery/Tag"]),
         ],
     )
