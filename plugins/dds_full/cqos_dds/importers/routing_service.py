@@ -6,9 +6,7 @@ and processors are named as parts that are not read: what they carry is a progra
 
 from __future__ import annotations
 
-import fnmatch
 import glob
-import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.source_reading import listed, shown
@@ -20,6 +18,7 @@ from cqos_dds.importers.entities import Chain
 from cqos_dds.importers.leases import LEASE
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import part_of
+from cqos_dds.importers.topic_filters import expressions, in_both, patterns
 from cqos_dds.importers.unmodelled import leave_losses_open
 from cqos_dds.importers.xml_values import not_set
 
@@ -181,7 +180,7 @@ class RoutingServices:
         """Yield the way from an input to an output of a route, each with its participant."""
         filters = _filters(source[0].element, target[0].element) if automatic else ((), ())
         if filters is None:
-            self.not_read(route, "which topics the filters of both sides let through together is not known")
+            self.not_read(route, "the filters of both sides have too many parts to tell what they let through together")
             return
         start, end = (self.endpoint(*each, automatic=automatic) for each in (source, target))
         yield Route(start, end, self.reading.place(route), *filters)
@@ -264,25 +263,10 @@ def _text(element: Element, tag: str) -> str:
 
 def _filters(source: Element, target: Element) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """Return regular expressions of the topics that an automatic route carries, and of those that it does not; None: not known."""
-    first, second = (_patterns(side, "allow_topic_name_filter") or [_ANY] for side in (source, target))
-    both = []
-    for one in first:
-        for other in second:
-            if fnmatch.fnmatchcase(one, other):
-                both.append(one)
-            elif fnmatch.fnmatchcase(other, one):
-                both.append(other)
-            elif all(not {*each}.isdisjoint("*?[") for each in (one, other)):
-                return None
-    denied = [each for side in (source, target) for each in _patterns(side, "deny_topic_name_filter")]
-    only = () if _ANY in both else tuple(dict.fromkeys(map(_expression, both))) or ("",)
-    return only, tuple(dict.fromkeys(map(_expression, denied)))
-
-
-def _expression(pattern: str) -> str:
-    """Return the regular expression of a shell pattern."""
-    return re.sub(r"\\Z|\\z", "", fnmatch.translate(pattern))
-
-
-def _patterns(side: Element, tag: str) -> list[str]:
-    return [each.strip() for each in _text(side, tag).split(",") if each.strip()]
+    first, second = (patterns(_text(side, "allow_topic_name_filter") or _ANY) for side in (source, target))
+    both = in_both(first, second)
+    if both is None:
+        return None
+    denied = [each for side in (source, target) for each in patterns(_text(side, "deny_topic_name_filter"))]
+    only = () if both == patterns(_ANY) else expressions(both) or ("",)
+    return only, expressions(denied)

@@ -54,13 +54,25 @@ def outcome(found):
         (automatic(), b"reliable", ("compatible", [])),
         (automatic("C*"), b"reliable", ("compatible", [])),
         (automatic("X,Cm?", second="C*"), b"reliable", ("compatible", [])),
+        (automatic("[CS]*", second="[CS]*"), b"reliable", ("compatible", [])),
+        (automatic("C*", second="*d"), b"reliable", ("compatible", [])),
+        (automatic("[A-M]*[!x]", second="?[m]*"), b"reliable", ("compatible", [])),
+        (automatic("*C*m*", second="*m*d*"), b"reliable", ("compatible", [])),
+        (automatic(deny="*x*x*"), b"reliable", ("compatible", [])),
     ],
 )
 def test_a_route_is_a_bridge_between_domains(tmp_path, routes, reliability, expected):
     assert outcome(report(tmp_path, service(routes), reliability)) == expected
 
 
-@pytest.mark.parametrize("routes", [automatic("X*"), automatic(deny="C*"), automatic("X", second="Y"), ""])
+@pytest.mark.parametrize(
+    "routes",
+    [
+        *(automatic("X*"), automatic(deny="C*"), automatic("X", second="Y"), ""),
+        *(automatic("C*", second="C?"), automatic("C?", second="C*"), automatic("C?", second="?d")),
+        *(automatic("[CS]*", second="[!C]*"), automatic("[*]md", second="*"), automatic(deny="*m*d")),
+    ],
+)
 def test_a_topic_that_no_route_carries_never_meets(tmp_path, routes):
     found = report(tmp_path, service(routes))
     assert found.verdict_words == "unknown"
@@ -77,7 +89,7 @@ def test_old_names_of_participants_and_routes_that_are_off(tmp_path):
 @pytest.mark.parametrize(
     ("xml", "parts"),
     [
-        (service(automatic("C*", second="*d")), ["routing_service/auto_topic_route"]),
+        (service(automatic("*" + "a*" * 12, second="*" + "b*" * 12)), ["routing_service/auto_topic_route"]),
         (service(topic_route() + "<no_schema_has_this/>"), ["routing_service/no_schema_has_this"]),
         (service(topic_route(inner="<no_schema_has_this/>")), ["routing_service/no_schema_has_this"]),
         (
