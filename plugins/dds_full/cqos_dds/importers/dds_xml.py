@@ -78,6 +78,7 @@ class _File:
         self.qos.make()
         self.entities.make()
         self.routing.make()
+        self.qos.leave_participants_open(self.entities.defines_profile)
         return self.reading.finish()
 
     def define(self, root: Element) -> None:

@@ -159,6 +159,11 @@ class Entities:
         near = [each for each in found if _folder(each) == _folder(self)] or found
         return near[0] if len(near) == 1 else None
 
+    def defines_profile(self, name: str) -> bool:
+        """Return whether this file, or one beside it, has a profile or QoS of that name."""
+        files = (self, *self.beside(name.rpartition(SEPARATOR)[2]))
+        return any(name in names for each in files for names in (each.profiles.stated, each.profiles.others))
+
     @cached_property
     def bases(self) -> set[str]:
         """The full names of what participants of this file are based on."""

@@ -5,9 +5,6 @@ import itertools
 import pytest
 
 import cqos_core as cqos
-from cqos_core.files.source_reader import read_source
-from cqos_core.files.system_merge import merge
-from cqos_core.model.source import Source
 
 DESIGN = """cqos: 1
 protocol: dds
@@ -28,17 +25,25 @@ def profile(name, inner, attributes=""):
     return f'<qos_profile name="{name}"{attributes}>{inner}</qos_profile>'
 
 
-def checked(*files, design=DESIGN):
-    texts = {
-        f"{number}.xml": f'<dds><qos_library name="L">{each}</qos_library></dds>' for number, each in enumerate(files)
-    }
-    sources = [Source("d.yaml", design.encode()), *(Source(name, text.encode()) for name, text in texts.items())]
-    return cqos.check(merge([read_source(each) for each in sources]))
+@pytest.fixture
+def checked(tmp_path):
+    """Return what checks files, each with a library, beside a design."""
+
+    def check(*files, design=DESIGN):
+        for each in tmp_path.iterdir():
+            each.unlink()
+        (tmp_path / "d.yaml").write_text(design, encoding="utf-8")
+        for number, each in enumerate(files):
+            text = f'<dds><qos_library name="L">{each}</qos_library></dds>'
+            (tmp_path / f"{number}.xml").write_text(text, encoding="utf-8")
+        return cqos.check(*sorted(tmp_path.iterdir()))
+
+    return check
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(("P", "Q", "S"))))
 @pytest.mark.parametrize("apart", [False, True])
-def test_what_may_prevent_a_match_counts_in_every_order_of_profiles(order, apart):
+def test_what_may_prevent_a_match_counts_in_every_order_of_profiles(checked, order, apart):
     inner = {"P": qos(MATCH), "Q": qos(DELIVERY), "S": qos("<entity_name><name>n</name></entity_name>")}
     profiles = [profile(name, inner[name]) for name in order]
     found = checked(*(profiles if apart else ["".join(profiles)]))
@@ -46,5 +51,58 @@ def test_what_may_prevent_a_match_counts_in_every_order_of_profiles(order, apart
     assert "CQ215" not in [each.code for each in found.findings]
 
 
-def test_what_may_lose_samples_alone_leaves_the_match():
+def test_what_may_lose_samples_alone_leaves_the_match(checked):
     assert checked(profile("P", qos(DELIVERY)) + profile("Q", qos(DELIVERY))).verdict_words == "compatible"
+
+
+WRITER = "<datawriter_qos><ownership_strength><value>1</value></ownership_strength></datawriter_qos>"
+MISSING = ' base_name="L::M"'
+LISTED = "<base_name><element>L::M</element></base_name>"
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        profile("P", qos("", MISSING)),
+        profile("P", qos("", ' base_name="M"')),
+        profile("P", qos(LISTED)),
+        profile("P", qos(""), MISSING),
+        qos("", f' name="P"{MISSING}'),
+        profile("P", qos("", ' base_name="$(ANY)::P"')),
+    ],
+)
+def test_a_base_of_participants_that_no_file_defines_may_prevent_a_match(checked, inner):
+    found = checked(inner)
+    assert found.verdict_words == "unknown"
+    expected = "CQ217" if "$(" in inner else "CQ204"
+    assert [each.code for each in found.findings if each.code in {"CQ204", "CQ217"}] == [expected]
+    assert checked(inner, design=DESIGN.replace("connext", "fastdds_3_1")).verdict_words != "unknown"
+
+
+@pytest.mark.parametrize(
+    "base", [profile("M", qos("")), profile("M", WRITER), qos("", ' name="M"'), profile("M", qos(DELIVERY))]
+)
+@pytest.mark.parametrize("apart", [False, True])
+def test_one_that_a_file_defines_is_known(checked, base, apart):
+    inner = [profile("P", qos("", MISSING)), profile("P", qos(LISTED))]
+    if base.startswith("<qos_profile"):
+        inner.append(profile("P", qos(""), MISSING))
+    for each in inner:
+        found = checked(*((each, base) if apart else (each + base,)))
+        assert found.verdict_words == "compatible"
+        assert "CQ204" not in [each.code for each in found.findings]
+
+
+@pytest.mark.parametrize("name", ["BuiltinQosLib::Generic.Common", "BuiltinQosLib::Baseline.7.0.0"])
+def test_one_that_is_built_into_connext_prevents_no_match(checked, name):
+    assert checked(profile("P", qos("", f' base_name="{name}"'))).verdict_words == "compatible"
+
+
+def test_the_base_of_one_participant_is_about_its_endpoints_only():
+    system = """<dds><domain_library name="D"><domain name="d" domain_id="0"><register_type name="S"/>
+    <topic name="T" register_type_ref="S"/></domain></domain_library><domain_participant_library name="A">
+    <domain_participant name="w" domain_ref="D::d">%s<publisher name="g"><data_writer name="e" topic_ref="T"/></publisher></domain_participant>
+    <domain_participant name="r" domain_ref="D::d"><subscriber name="g"><data_reader name="e" topic_ref="T"/></subscriber></domain_participant>
+    </domain_participant_library></dds>"""
+    verdicts = [cqos.check((system % own).encode()).verdict_words for own in ("", qos("", MISSING))]
+    assert verdicts == ["compatible", "unknown"]
