@@ -34,7 +34,12 @@ settings.load_profile(os.environ.get("CQOS_HYPOTHESIS", "fixed"))
 SLOW = (
     ("tests/modeler/test_qos.py", "plugins/pictures/tests/"),
     ("tests/modeler/",),
-    (*(f"tests/service/test_{name}.py" for name in ("memory", "process", "strangers", "bounds", "fairness")),),
+    (
+        *(
+            f"tests/service/test_{name}.py"
+            for name in ("memory", "process", "hostile_callers", "resource_limits", "fairness")
+        ),
+    ),
     ("tests/service/",),
     ("tests/conformance/", "tests/test_build.py", "tests/growth/", "tests/decisive/"),
 )

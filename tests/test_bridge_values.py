@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 
 from cqos_core import Bridge, Endpoint, InputError, Participant, Route, Session, explain
+from cqos_core import check as check_file
 from cqos_core.packs import NEEDS, RELAYED, WORDS, FromPeers, as_condition, gives, offered, requested
 from tests.made_up_protocol import (
     CARE,
@@ -318,6 +319,21 @@ def test_a_pattern_is_narrowed_by_expressions_for_whole_names(only, but, expecte
     left = [f"`{name}`" for name in topics if name not in expected]
     said = [finding.message for finding in check(system).findings if finding.code == "CQ506"]
     assert said == ([f"bridge `b` leaves out topic{'s' if len(left) > 1 else ''} {', '.join(left)}"] if left else [])
+
+
+def test_what_another_route_carries_is_not_left_out():
+    narrowed = named(but=("home/a", "home/b"))
+    one_more = replace(
+        narrowed.routes[0], source=end("subscriber", "in", "home/a"), target=end("publisher", "out", "far/a"), but=()
+    )
+    elsewhere = bridge("c", ("in", "home/b"), ("in", "home/c"))
+    system = bridged(
+        writer("home/a"),
+        writer("home/b"),
+        bridges=[replace(narrowed, routes=(narrowed.routes[0], one_more)), elsewhere],
+    )
+    said = [finding.message for finding in check(system).findings if finding.code == "CQ506"]
+    assert said == ["bridge `b` leaves out topic `home/b`"]
 
 
 def test_only_what_a_side_can_meet_is_carried():
@@ -670,3 +686,48 @@ def test_every_loop_up_to_a_number_is_listed_and_then_that_there_are_more():
     messages = [f.message for f in check(net(9, lambda a, b: a != b)).findings if f.code == "CQ503"]
     assert len(messages) == 26
     assert sum(message.startswith("there are more loops than the 25") for message in messages) == 1
+
+
+STATED_SIDE = """cqos: 1
+protocol: post
+participants:
+  w: {{publishes: {{home/a: {{care: plain}}}}}}
+  g: {{subscribes: {{home/a: {{care: plain}}}}}}
+  h: {{publishes: {{far/a: {{care: plain}}}}}}
+  r: {{subscribes: {{far/a: {{care: plain}}}}}}
+bridges:
+  b: {{routes: [{{from: {{participant: g, topic: {}}}, to: {{participant: h, topic: {}}}}}]}}
+"""
+
+
+def stated_side(text):
+    return check_file(text.encode(), packs=PACKS)
+
+
+def test_the_endpoint_that_a_participant_states_is_the_side_of_its_bridge():
+    report = stated_side(STATED_SIDE.format("home/a", "far/a"))
+    assert codes(report) == []
+    assert {(group.publishers, group.subscribers) for group in report.groups} == {
+        (("w/publisher/home/a",), ("g/subscriber/home/a",)),
+        (("h/publisher/far/a",), ("r/subscriber/far/a",)),
+    }
+
+
+def test_a_side_takes_what_the_stated_endpoint_states():
+    weak = STATED_SIDE.replace("care: plain", "care: signed")
+    for sides in (("home/a", "far/a"), ('"home/*"', '"far/*"')):
+        assert codes(stated_side(weak.format(*sides))) == []
+
+
+def test_a_side_with_settings_is_an_endpoint_of_its_own():
+    text = STATED_SIDE.format("home/a", "far/a").replace("topic: home/a}", "topic: home/a, care: plain}")
+    (found,) = [group for group in stated_side(text).groups if group.topic == "home/a"]
+    assert found.subscribers == ("b/subscriber/home/a", "g/subscriber/home/a")
+
+
+def test_each_of_two_routes_from_a_stated_endpoint_has_what_it_states():
+    second = ", {from: {participant: g, topic: home/a}, to: {participant: h, topic: far/b}}]}"
+    report = stated_side(STATED_SIDE.format("home/a", "far/a").replace("]}", second))
+    assert {each for each in codes(report) if each != "CQ402"} == set()
+    (found,) = [group for group in report.groups if group.topic == "home/a"]
+    assert found.subscribers == ("b/subscriber/home/a", "g/subscriber/home/a")

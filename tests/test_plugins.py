@@ -219,7 +219,7 @@ def test_a_requested_distribution_that_is_missing_is_reported(site):
         ),
         (
             plugin('ImporterInfo("a", "s", (), "m:c", "m:r", folder_suggestions="m:e")', "register_importers"),
-            "its importer `a` has `entrances`, but `options` lacks the option with which it reads folders",
+            "its importer `a` has `folder_suggestions`, but `options` lacks the option with which it reads folders",
         ),
         (
             plugin('RulePackInfo("a", "x", "m:P", default_for=["bpmn"])', "register_rule_packs"),

@@ -102,3 +102,13 @@ def test_in_a_long_word_a_letter_may_have_moved():
 def test_a_star_in_a_name_is_no_word():
     assert typing_errors(["a/b"], ["a/*"]) == {}
     assert typing_errors(["*/state"], ["*/stat"]) == {"*/state": ["*/stat"]}
+
+
+def test_a_long_number_at_the_end_is_meant():
+    codes = ("ROS101", "ROS979", "MQTT517")
+    assert nearest("ROS9999", codes) is None
+    assert nearest("ROS978", codes) is None
+    assert nearest("RSO979", codes) == "ROS979"
+    assert nearest("ros1O1", codes) == "ROS101"
+    assert nearest("ROS", codes) == "ROS101"
+    assert nearest("fastdds_2_8", ("fastdds_2_9",)) == "fastdds_2_9"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.behaviour.event_order import Order
 from cqos_core.behaviour.event_rates import EventRates, is_single, sum_of_rates
 from cqos_core.behaviour.graph import joined_graph
+from cqos_core.behaviour.inclusive_joins import stuck_joins
 from cqos_core.behaviour.reachability import ReachableEvents, reachable_events, single_events
 
 if TYPE_CHECKING:
@@ -39,27 +40,27 @@ class Behaviour:
 
     @cached_property
     def reachable_in_any_order(self) -> ReachableEvents:
-        """Events that may happen if topics without publisher have one elsewhere, and signals come in any order."""
+        """Events that may happen if topics without publisher have one elsewhere, signals come in any order, and messages from anywhere."""
         return reachable_events(self.graph, self.signals, missing=True)
 
-    @property
+    @cached_property
     def reachable(self) -> ReachableEvents:
-        """Events that may happen, considering that a single wait does not end by a later event."""
-        return self._reachable_and_rates[0]
+        """Events that may happen in the order of events, as joins wait, and if messages come only over message flows."""
+        return self._as_drawn(missing=True)
 
     @cached_property
     def reachable_alone(self) -> ReachableEvents:
         """Events that may happen if only publishers of the system publish."""
-        return reachable_events(self.graph, self.signals, missing=False, single=self._single(self.rates))
+        return self._as_drawn(missing=False)
 
     @property
     def rates(self) -> EventRates:
         """How often events happen at most."""
-        return self._reachable_and_rates[1]
+        return self._ordered_and_rates[1]
 
     @cached_property
-    def _reachable_and_rates(self) -> tuple[ReachableEvents, EventRates]:
-        """Reachable events and rates: they depend on each other, so both are repeated."""
+    def _ordered_and_rates(self) -> tuple[ReachableEvents, EventRates]:
+        """Events that may happen in the order of events, and rates: they depend on each other, so both are repeated."""
         known = self.reachable_in_any_order
         counting = EventRates(self.graph, self.signals, known.fired)
         for _ in range(_ROUNDS):
@@ -71,6 +72,20 @@ class Behaviour:
 
     def _single(self, counting: EventRates) -> SingleEvents:
         return single_events(self.graph, lambda at: is_single(counting.bounds[at]))
+
+    def _as_drawn(self, *, missing: bool) -> ReachableEvents:
+        """Return the events that may happen if all that is drawn is considered."""
+        ordered, rates = self._ordered_and_rates
+        if missing and not self._stuck and not any(self.graph.brought):
+            return ordered
+        single = self._single(rates)
+        return reachable_events(
+            self.graph, self.signals, missing=missing, single=single, stuck=self._stuck, messages=True
+        )
+
+    @cached_property
+    def _stuck(self) -> dict[int, int]:
+        return stuck_joins(self.graph)
 
     @cached_property
     def order(self) -> Order:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.analysis import behaviour_of
 from cqos_core.behaviour.graph import Wiring
-from cqos_core.behaviour.policy_values import _may_be_kept
+from cqos_core.behaviour.policy_values import may_be_kept
 from cqos_core.matching.judge import failed_match_conditions
 from cqos_core.model.grouping import grouped
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -46,7 +46,7 @@ class FlowModel:
         thrown, caught = (
             grouped((key, topic) for key, topic, each in own if each.role == role) for role in (PUBLISHER, SUBSCRIBER)
         )
-        keeping = {topic for _, topic, each in ends if each.role == PUBLISHER and _may_be_kept(each)}
+        keeping = {topic for _, topic, each in ends if each.role == PUBLISHER and may_be_kept(each)}
         others = {topic for key, topic, each in ends if each.external or (key is None and each.role == PUBLISHER)}
         catching = (each for each in own if each[2].role == SUBSCRIBER and each[1] in keeping)
         known = {each.stated_id for each in pipeline.endpoints if each.key is not None}
@@ -55,7 +55,7 @@ class FlowModel:
             {key: frozenset(topics) for key, topics in thrown.items()},
             {key: frozenset(topics) for key, topics in caught.items()},
             frozenset(others),
-            frozenset(key for key, _, each in catching if _may_be_kept(each)),
+            frozenset(key for key, _, each in catching if may_be_kept(each)),
             anything,
         )
 

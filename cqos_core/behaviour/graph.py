@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import field
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN, ControlFlow, FlowNode, TriggerKind
@@ -42,6 +42,13 @@ class Wiring:
         return self.anything or topic in self.others
 
 
+class MessageFlow(NamedTuple):
+    """A message flow, by the positions of its nodes."""
+
+    source: int
+    target: int
+
+
 @dataclass(slots=True)
 class Graph:
     """Nodes of all files, by their positions; the lists have one entry for each node.
@@ -58,6 +65,7 @@ class Graph:
         calls: the call activities that run a process.
         throws: topics to which a node throws.
         catches: topics from which a node catches; None where they are not known.
+        sends, brought: the message flows from a node, and those over which alone messages come to an event.
         replayed: a catch may get a sample again for each token.
         drawn: the process around the node has flows, so that only drawn flows happen.
         loose: processes and sub-processes with a flow to a missing node, or to one that accepts no flow, so that it may lead to
@@ -78,6 +86,8 @@ class Graph:
     calls: list[list[int]] = field(default_factory=list)
     throws: list[frozenset[Hashable]] = field(default_factory=list)
     catches: list[frozenset[Hashable] | None] = field(default_factory=list)
+    sends: list[list[MessageFlow]] = field(default_factory=list)
+    brought: list[list[MessageFlow]] = field(default_factory=list)
     replayed: list[bool] = field(default_factory=list)
     drawn: list[bool] = field(default_factory=list)
     thrown_at: dict[Hashable, list[int]] = field(default_factory=dict)
@@ -158,6 +168,8 @@ def _add(graph: Graph, flow: ControlFlow, signals: Wiring) -> None:
         graph.attached.append(None if node.attached is None else first + node.attached)
         for lists in (graph.inside, graph.after, graph.before, graph.boundary, graph.called, graph.calls):
             lists.append([])
+        graph.sends.append([])
+        graph.brought.append([])
         keys = [(flow.source, each) for each in node.endpoints]
         graph.throws.append(frozenset(topic for key in keys for topic in signals.thrown.get(key, ())))
         graph.replayed.append(any(key in signals.replayed for key in keys))
@@ -173,6 +185,12 @@ def _add(graph: Graph, flow: ControlFlow, signals: Wiring) -> None:
             graph.boundary[activity].append(at)
         if node.calls is not None:
             graph.called[at].append(first + node.calls)
+    for source, target in flow.messages:
+        message = MessageFlow(first + source, first + target)
+        graph.sends[message.source].append(message)
+        # A message that has a topic comes by that.
+        if not graph.nodes[message.target].endpoints:
+            graph.brought[message.target].append(message)
     drawing = set()
     for start, end in flow.flows:
         graph.after[first + start].append(first + end)

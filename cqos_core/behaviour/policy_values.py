@@ -32,7 +32,7 @@ def is_one_of(end: Resolved, meaning: tuple[str, tuple[str, ...]]) -> bool | Non
     return value in {domain.parse(text) for text in texts} if isinstance(value, (int, str)) else None
 
 
-def _may_be_kept(end: Resolved) -> bool:
+def may_be_kept(end: Resolved) -> bool:
     """Whether one end may keep samples for late joiners."""
     return not end.pack.timing.kept[0] or _keeps(end) is not False
 

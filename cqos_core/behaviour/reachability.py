@@ -13,14 +13,15 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import and_, or_
-from typing import TYPE_CHECKING, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
-from cqos_core.behaviour.graph import link_catches
+from cqos_core.behaviour.graph import MessageFlow, link_catches
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping
+    from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
     from collections.abc import Set as AbstractSet
 
     from cqos_core.behaviour.graph import Graph, Wiring
@@ -35,6 +36,22 @@ _BUDGET: Final = 20
 """The most steps for each node of the model; a longer search is repeated without waits."""
 
 
+class Block(NamedTuple):
+    """Why a token that waits goes on in no run.
+
+    Attributes:
+        kind: ``late``: the samples of ``topic`` are sent only after its wait has ended; ``branch``: they are sent only if a token takes
+            another branch of ``gateway``; ``silent``: no run sends them; ``together``: what it waits for is on two branches of ``gateway``;
+            ``join``: it waits for a token that waits for it at ``gateway``; ``message``: no message flow brings what it waits for.
+        gateway: a gateway at which a token takes one branch, or a join.
+        topic: a topic for which it waits.
+    """
+
+    kind: Literal["late", "branch", "silent", "together", "join", "message"]
+    gateway: int | None = None
+    topic: Hashable = None
+
+
 @dataclass(frozen=True, slots=True)
 class ReachableEvents:
     """The events that may happen.
@@ -43,11 +60,13 @@ class ReachableEvents:
         arrived: nodes at which a token may arrive, or that may wait for their event.
         fired: nodes that may happen.
         thrown: topics on which samples may be published.
+        blocks: nodes at which a token waits in vain, and why: catches that do not happen, and joins to which all tokens but not in one run come.
     """
 
     arrived: AbstractSet[int]
     fired: AbstractSet[int]
     thrown: AbstractSet[Hashable]
+    blocks: Mapping[int, Block]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,30 +77,53 @@ class SingleEvents:
         waits: the end of a wait, by the node that ends it. A catch behind an event-based gateway shares the wait of the gateway. The wait
             of a boundary event ends with its activity.
         branches: the choice of a branch, by the gateway and the first node of the branch.
-        choices: the bits of all branches of a gateway, for each gateway.
+        choices: by gateway: the bits of all its branches.
     """
 
     waits: Mapping[int, int]
     branches: Mapping[tuple[int, int], int]
-    choices: tuple[int, ...]
+    choices: Mapping[int, int]
 
     def may_be(self, happened: int) -> bool:
         """Return whether all of some bits may be true in one run: no gateway has two branches among them."""
-        return not any((taken := happened & each) & (taken - 1) for each in self.choices)
+        return self.torn(happened) is None
+
+    def torn(self, happened: int) -> int | None:
+        """Return a gateway that has two branches among some bits; None if there is none."""
+        for gateway, bits in self.choices.items():
+            taken = happened & bits
+            if taken & (taken - 1):
+                return gateway
+        return None
 
 
-_NOTHING: Final = SingleEvents({}, {}, ())
+_NOTHING: Final = SingleEvents({}, {}, {})
 
 
 def reachable_events(
-    graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents = _NOTHING
+    graph: Graph,
+    signals: Wiring,
+    *,
+    missing: bool,
+    single: SingleEvents = _NOTHING,
+    stuck: Mapping[int, int] = MappingProxyType({}),
+    messages: bool = False,
 ) -> ReachableEvents:
-    """Return the events that may happen; with ``missing``, also those that wait for topics without publisher."""
+    """Return the events that may happen.
+
+    Args:
+        graph: the nodes.
+        signals: what they throw and catch.
+        missing: events also happen that wait for topics without publisher.
+        single: events that happen at most once.
+        stuck: joins that never happen, each with the join for which it waits.
+        messages: messages come only over message flows, to events that have some.
+    """
     if single != _NOTHING:
-        search = _Search(graph, signals, missing=missing, single=single)
+        search = _Search(graph, signals, missing=missing, single=single, stuck=stuck, messages=messages)
         if search.run(_BUDGET * len(graph.nodes)):
             return search.found()
-    search = _Search(graph, signals, missing=missing, single=_NOTHING)
+    search = _Search(graph, signals, missing=missing, single=_NOTHING, stuck=stuck, messages=messages)
     search.run()
     return search.found()
 
@@ -90,7 +132,7 @@ def single_events(graph: Graph, is_single: Callable[[int], bool]) -> SingleEvent
     """Return the waits and choices that happen at most once in a run, where ``is_single`` says so of a token at a node."""
     waits = _single_waits(graph, is_single)
     branches: dict[tuple[int, int], int] = {}
-    choices = []
+    choices: dict[int, int] = {}
     for at, node in enumerate(graph.nodes):
         following = graph.after[at]
         if node.kind not in {"exclusive", "event_based"} or len(set(following)) < max(len(following), _BRANCHES):
@@ -99,17 +141,16 @@ def single_events(graph: Graph, is_single: Callable[[int], bool]) -> SingleEvent
             continue
         bits = [1 << (_MOST_WAITS + len(branches) + number) for number in range(len(following))]
         branches |= {(at, each): bit for each, bit in zip(following, bits, strict=True)}
-        choices.append(sum(bits))
-    return SingleEvents(waits, branches, tuple(choices))
+        choices[at] = sum(bits)
+    return SingleEvents(waits, branches, choices)
 
 
 def _single_waits(graph: Graph, is_single: Callable[[int], bool]) -> dict[int, int]:
     waits: dict[int, int] = {}
     for at, node in enumerate(graph.nodes):
-        if node.kind not in {"catch", "boundary"} or not graph.catches[at]:
+        if node.kind not in {"catch", "boundary"} or not (graph.catches[at] or graph.brought[at]):
             continue
-        activity = graph.attached[at]
-        owner = _gateway(graph, at) if activity is None else activity
+        owner = _owner(graph, at)
         if owner not in waits and len(waits) < _MOST_WAITS and is_single(owner):
             waits[owner] = 1 << len(waits)
     return waits
@@ -121,14 +162,31 @@ def _gateway(graph: Graph, at: int) -> int:
     return before[0] if len(before) == 1 and graph.nodes[before[0]].kind == "event_based" else at
 
 
+def _owner(graph: Graph, at: int) -> int:
+    """Return the node whose wait an event ends: its activity, the event-based gateway before it, or the event."""
+    activity = graph.attached[at]
+    return activity if activity is not None else _gateway(graph, at) if graph.nodes[at].kind == "catch" else at
+
+
 class _Search:
     """One search that begins with all events that happen by themselves."""
 
-    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool, single: SingleEvents) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        signals: Wiring,
+        *,
+        missing: bool,
+        single: SingleEvents,
+        stuck: Mapping[int, int],
+        messages: bool,
+    ) -> None:
         self._graph = graph
         self._signals = signals
         self._missing = missing
         self._single = single
+        self._stuck = stuck
+        self._messages = messages
         self._waits = single.waits
         self._arrived: dict[int, int] = {}
         self._fired: dict[int, int] = {}
@@ -139,7 +197,39 @@ class _Search:
 
     def found(self) -> ReachableEvents:
         """Return the result."""
-        return ReachableEvents(self._arrived.keys(), self._fired.keys(), self._thrown.keys())
+        thrown = {each for each in self._thrown if not isinstance(each, MessageFlow)}
+        return ReachableEvents(self._arrived.keys(), self._fired.keys(), thrown, dict(self._blocks()))
+
+    def _blocks(self) -> Iterator[tuple[int, Block]]:
+        """Yield the nodes at which a token waits in vain."""
+        graph = self._graph
+        for at, before in self._arrived.items():
+            if at not in self._fired and self._awaited(at):
+                yield at, self._block(at, before)
+        for at, came in self._incoming.items():
+            if at in self._stuck:
+                yield at, Block("join", self._stuck[at])
+                continue
+            gateway = self._single.torn(reduce(or_, came.values()))
+            if at not in self._fired and len(came) == len(set(graph.before[at])) and gateway is not None:
+                yield at, Block("together", gateway)
+
+    def _block(self, at: int, before: int) -> Block:
+        """Return why a token waits in vain for the samples of an event; of several topics, the first that does not come."""
+        wait, together = self._wait(at), before
+        if self._brought(at):
+            return Block("message")
+        for topic in sorted(self._graph.catches[at] or (), key=str):
+            ended = self._comes(topic)
+            if ended is None:
+                return Block("silent", topic=topic)
+            if ended & wait:
+                return Block("late", topic=topic)
+            gateway = self._single.torn(before | ended)
+            if gateway is not None:
+                return Block("branch", gateway, topic)
+            together |= ended
+        return Block("together", self._single.torn(together))
 
     def run(self, budget: int | None = None) -> bool:
         """Run the search; return whether it ended within the budget of steps. Without waits each node is one step."""
@@ -197,17 +287,27 @@ class _Search:
     def _await(self, at: int) -> None:
         """Fire the event that a token waits for, if its trigger may come."""
         graph, node = self._graph, self._graph.nodes[at]
-        activity = graph.attached[at]
-        owner = activity if activity is not None else _gateway(graph, at) if node.kind == "catch" else at
-        wait = self._waits.get(owner, 0)
+        activity, wait = graph.attached[at], self._wait(at)
         heard = self._heard(at, wait)
         if heard is not None:
             ends = wait if activity is None or node.interrupting else 0
-            self._fire(at, self._arrived[at] | heard | ends | self._single.branches.get((owner, at), 0))
+            self._fire(at, self._arrived[at] | heard | ends | self._single.branches.get((_owner(graph, at), at), 0))
+
+    def _wait(self, at: int) -> int:
+        """Return the bit of the wait that an event ends."""
+        return self._waits.get(_owner(self._graph, at), 0)
+
+    def _awaited(self, at: int) -> Collection[Hashable]:
+        """Return the topics or message flows for which an event waits; none if what comes there is not known."""
+        return self._graph.catches[at] or self._brought(at)
+
+    def _brought(self, at: int) -> Collection[Hashable]:
+        """Return the message flows to an event, if messages come over these only."""
+        return self._graph.brought[at] if self._messages else ()
 
     def _heard(self, at: int, wait: int) -> int | None:
         """Return what has happened when the trigger of an event comes; None if it does not come during the wait."""
-        node, topics = self._graph.nodes[at], self._graph.catches[at]
+        node, topics = self._graph.nodes[at], self._awaited(at)
         heard = self._graph.heard(at)
         others = any(each.kind != heard for each in node.triggers)
         if not topics or (others and not node.all_triggers):
@@ -218,12 +318,14 @@ class _Search:
             for topic in topics
             if (ended := self._comes(topic)) is not None and not ended & wait and may_be(before | ended)
         ]
-        if node.all_triggers:
+        if node.all_triggers and not self._brought(at):
             together = reduce(or_, came, before)
             return together if len(came) == len(topics) and may_be(together) else None
         return reduce(and_, came) if came else None
 
     def _comes(self, topic: Hashable) -> int | None:
+        if isinstance(topic, MessageFlow):
+            return self._thrown.get(topic)
         missing = self._missing and topic not in self._graph.thrown_at
         return 0 if missing or self._signals.is_open(topic) else self._thrown.get(topic)
 
@@ -258,7 +360,7 @@ class _Search:
             for each in node.triggers:
                 for catch in self._links.get((graph.process[at], each.link), ()) if each.kind == "link" else ():
                     self._fire(catch, ended)
-        for topic in graph.throws[at]:
+        for topic in (*graph.throws[at], *graph.sends[at]):
             self._throw(topic, ended)
 
     def _throw(self, topic: Hashable, ended: int) -> None:
@@ -268,12 +370,16 @@ class _Search:
             ended &= known
         if ended != known:
             self._thrown[topic] = ended
-            for catch in self._graph.caught_at.get(topic, ()):
+            catches = [topic.target] if isinstance(topic, MessageFlow) else self._graph.caught_at.get(topic, ())
+            for catch in catches:
                 if catch in self._arrived:
                     self._await(catch)
 
     def _step(self, source: int, at: int, ended: int) -> None:
         """Send a token over one flow; a parallel gateway waits for all its flows."""
+        if at in self._stuck:
+            self._incoming.setdefault(at, {})[source] = ended
+            return
         if self._graph.nodes[at].kind == "parallel":
             came = self._incoming.setdefault(at, {})
             came[source] = ended

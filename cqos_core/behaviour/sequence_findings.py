@@ -15,7 +15,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.finding_facts import fact
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterator
+    from collections.abc import Hashable, Iterator, Sequence
 
     from cqos_core.behaviour.flow_model import FlowModel
     from cqos_core.model.finding import Finding
@@ -135,29 +135,48 @@ def _timeouts(model: FlowModel) -> Iterator[Finding]:
     behaviour = model.behaviour
     graph = behaviour.graph
     for gateway, node in enumerate(graph.nodes):
-        if node.kind != "event_based" or len(graph.before[gateway]) != 1 or not behaviour.is_once(gateway):
-            continue
-        (request,) = graph.before[gateway]
-        if any(_only_throw(model, topic) != request for topic in graph.throws[request]) or not graph.throws[request]:
+        if node.kind != "event_based" or not behaviour.is_once(gateway):
             continue
         timers = [each.timer for at in graph.after[gateway] for each in graph.nodes[at].triggers]
         dues = [each.due for each in timers if each is not None and each.due is not None]
-        if not dues or graph.nodes[request].kind != "throw":
-            continue
-        for catch in graph.after[gateway]:
-            wait = _answered(model, request, catch) if graph.before[catch] == [gateway] else None
+        requests = _requests(model, gateway) if dues else []
+        for catch in graph.after[gateway] if requests else ():
+            wait = _answered(model, requests, catch) if graph.before[catch] == [gateway] else None
             if wait is not None and wait > min(dues) and any(map(model.partners_here, model.ends(catch))):
                 yield _timeout(model, catch, wait, min(dues))
 
 
-def _answered(model: FlowModel, request: int, catch: int) -> int | None:
+def _requests(model: FlowModel, gateway: int) -> list[int]:
+    """Return the throws from which a token comes to a gateway in no time, over merges at most; each publishes once, and alone.
+
+    Only one token comes to the gateway. So it comes when the request is sent, or no request is sent.
+    """
+    graph = model.behaviour.graph
+    found, waiting, seen = [], [*graph.before[gateway]], {gateway}
+    while waiting:
+        at = waiting.pop()
+        if at in seen:
+            continue
+        seen.add(at)
+        if graph.nodes[at].kind == "exclusive" and len(graph.after[at]) == 1:
+            waiting += graph.before[at]
+        elif graph.nodes[at].kind == "throw" and graph.throws[at]:
+            found += [at] if all(_only_throw(model, topic) == at for topic in graph.throws[at]) else []
+    return sorted(found)
+
+
+def _answered(model: FlowModel, requests: Sequence[int], catch: int) -> int | None:
     """Return the least time from a request to its answer; None if open."""
     order = model.behaviour.order
     topic = order.heard(catch)
     throws = [] if topic is None else model.behaviour.graph.thrown_at.get(topic, [])
-    times = [order.since(request, each) for each in throws]
-    known = [each for each in times if each is not None]
-    return min(known) if known and len(known) == len(times) else None
+    times = []
+    for each in throws:
+        known = [time for request in requests if (time := order.since(request, each)) is not None]
+        if not known:
+            return None
+        times.append(max(known))
+    return min(times, default=None)
 
 
 def _timeout(model: FlowModel, catch: int, wait: int, due: int) -> Finding:

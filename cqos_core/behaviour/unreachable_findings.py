@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _LONGEST = 6
 _COMPLETE = "all files of the system are given"
+_DRAWN = "messages come only over the drawn message flows"
+_PASSED = "a token leaves each task over its only flow"
 _ORDERED = (
     _COMPLETE,
     "a process whose start has no trigger runs once in each participant",
@@ -47,7 +49,7 @@ def _never_thrown(model: FlowModel, reached: ReachableEvents, louder: ReachableE
         way = _waiting(model, reached, topic)
         late = louder is None and topic in model.behaviour.reachable_in_any_order.thrown
         message = f"no run publishes on `{publishers[0].shown}`{': ' if way else ''}{way}"
-        beside, assumed = _never_started(model, reached, topic), _ORDERED if late else (_COMPLETE,)
+        beside, assumed = _never_started(model, reached, topic), _assumed(model, reached, ordered=late)
         least = Severity.WARNING if late else severity
         yield behaviour_finding("BP110", message, publishers, beside=beside, assumed=assumed, severity=least)
         if louder is not None:
@@ -86,19 +88,19 @@ def _waiting(model: FlowModel, reached: ReachableEvents, topic: Hashable) -> str
         if not topics:
             break
         topic = topics[0]
-        shown = next((each.shown for each in model.topics.get(topic, ())), "")  # type: ignore[call-overload]
+        shown = _shown(model, topic)
         steps.append(f"`{graph.nodes[throw].id}` waits for `{shown}` at `{graph.nodes[catch].id}`")
     circle = ", so each waits for the other" if topic in seen and len(steps) > 1 else ""
     return ", ".join(steps) + circle
 
 
-def _blocking(model: FlowModel, reached: ReachableEvents, throw: int) -> int | None:
-    """Return the nearest event before a throw that waits for a sample which never comes."""
+def _blocking(model: FlowModel, reached: ReachableEvents, event: int) -> int | None:
+    """Return the nearest node at or before an event where a token waits in vain."""
     graph = model.behaviour.graph
-    waiting, seen = deque([throw]), {throw}
+    waiting, seen = deque([event]), {event}
     while waiting:
         at = waiting.popleft()
-        if at in reached.arrived and at not in reached.fired and graph.catches[at]:
+        if at in reached.blocks:
             return at
         before = [*graph.before[at], graph.parent[at], *graph.calls[at]]
         activity = graph.attached[at]
@@ -118,24 +120,46 @@ def _dead_events(model: FlowModel, reached: ReachableEvents) -> Iterator[Finding
     for at, node in enumerate(graph.nodes):
         ends = model.ends(at) if node.kind in {"catch", "boundary"} else ()
         if ends and at not in reached.arrived and graph.process[at] in reached.fired:
-            late, assumed = _in_vain(model, at, ordered=at in model.behaviour.reachable_in_any_order.arrived)
+            late, assumed = _in_vain(model, reached, at, ordered=at in model.behaviour.reachable_in_any_order.arrived)
             message = f"no token reaches `{node.id}`, so it never waits for `{ends[0].shown}`{late}"
             yield behaviour_finding("BP112", message, ends, assumed=assumed)
 
 
-def _in_vain(model: FlowModel, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
-    """Return in words which wait before an event never ends, if the order of events excludes that; and the assumptions."""
+def _in_vain(model: FlowModel, reached: ReachableEvents, at: int, *, ordered: bool) -> tuple[str, tuple[str, ...]]:
+    """Return in words where a token waits in vain before an event, if the order of events or a choice causes that; and the assumptions."""
     if not ordered:
-        return "", (_COMPLETE,)
-    graph, reached = model.behaviour.graph, model.behaviour.reachable
-    catch = _blocking(model, reached, at)
-    ends = [] if catch is None else [each for each in model.ends(catch) if each.role == SUBSCRIBER]
-    if catch is None or not ends:
-        return "", _ORDERED
-    return (
-        f": all that publishes `{ends[0].shown}` happens only after `{graph.nodes[catch].id}` has stopped waiting",
-        _ORDERED,
-    )
+        return "", _assumed(model, reached, ordered=False)
+    graph = model.behaviour.graph
+    waiting = _blocking(model, reached, at)
+    if waiting is None:
+        return "", _assumed(model, reached, ordered=True)
+    block, name = reached.blocks[waiting], graph.nodes[waiting].id
+    gateway = "" if block.gateway is None else graph.nodes[block.gateway].id
+    shown = _shown(model, block.topic)
+    senders = " or ".join(sorted({f"`{graph.nodes[each.source].id}`" for each in graph.brought[waiting]}))
+    words = {
+        "late": f"all that publishes `{shown}` happens only after `{name}` has stopped waiting",
+        "branch": f"`{name}` waits for `{shown}`, which is published only if a token takes another branch of `{gateway}`",
+        "silent": f"`{name}` waits for `{shown}`, on which no run publishes",
+        "together": f"`{name}` waits for two branches of `{gateway}`, of which a token takes one",
+        "message": f"no message comes from {senders} while `{name}` waits",
+        "join": f"the inclusive join `{name}` waits for a token that waits for it at `{gateway}`",
+    }
+    return f": {words[block.kind]}", _assumed(model, reached, ordered=True)
+
+
+def _assumed(model: FlowModel, reached: ReachableEvents, *, ordered: bool) -> tuple[str, ...]:
+    """Return the assumptions of a claim; one that holds in any order of events, and whatever waits, needs the fewest."""
+    if not ordered and reached is model.behaviour.reachable:
+        return (_COMPLETE,)
+    kinds = {each.kind for each in reached.blocks.values()}
+    joins, messages = (_PASSED,) if "join" in kinds else (), (_DRAWN,) if "message" in kinds else ()
+    return (*(_ORDERED if ordered else (_COMPLETE,)), *joins, *messages)
+
+
+def _shown(model: FlowModel, topic: Hashable) -> str:
+    """Return the name of a topic for people."""
+    return next((each.shown for each in model.topics.get(topic, ())), "")  # type: ignore[call-overload]
 
 
 def _dead_throws(model: FlowModel, reached: ReachableEvents, throws: list[int]) -> Iterator[Finding]:
@@ -144,7 +168,7 @@ def _dead_throws(model: FlowModel, reached: ReachableEvents, throws: list[int]) 
         ends = [each for each in model.ends(at) if each.role == PUBLISHER]
         if ends and at not in reached.fired and graph.process[at] in reached.fired:
             ordered = reached is certain and at in model.behaviour.reachable_in_any_order.fired
-            late, assumed = _in_vain(model, at, ordered=ordered)
+            late, assumed = _in_vain(model, reached, at, ordered=ordered)
             severity = Severity.WARNING if ordered or at in certain.fired else None
             message = f"no token reaches `{graph.nodes[at].id}`, so it never publishes on `{ends[0].shown}`{late}"
             yield behaviour_finding("BP111", message, ends, assumed=assumed, severity=severity)

@@ -13,12 +13,12 @@ from cqos_core.bpmn.event_kinds import EventPlaces
 from cqos_core.bpmn.events import read_events
 from cqos_core.bpmn.flow import read_flow
 from cqos_core.bpmn.messages import read_messages
+from cqos_core.bpmn.parser_target import DiagramTarget
 from cqos_core.bpmn.participants import read_participants
+from cqos_core.bpmn.qos_namespace import read_system_words
 from cqos_core.bpmn.reading import DiagramReading
 from cqos_core.bpmn.signals import read_signals, unclear_signals
-from cqos_core.bpmn.target import DiagramTarget
 from cqos_core.bpmn.unread import report_unread
-from cqos_core.bpmn.words import read_system_words
 from cqos_core.importers.source_reading import read_switches
 from cqos_core.importers.xml_source import StartTags, parse_into, plain_utf8
 from cqos_core.model.garbage_collection import gc_paused

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bpmn.lost import laid_under
+from cqos_core.bpmn.foreign_attributes import laid_under
 from cqos_core.bpmn.participants import inherit, shared_by
 from cqos_core.bpmn.reading import MOST_COPIES
 from cqos_core.model.problems import InputError, Problem

@@ -14,8 +14,8 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from cqos_core.bpmn.diagram_rows import Parts
     from cqos_core.bpmn.element import Element
-    from cqos_core.bpmn.parts import Parts
     from cqos_core.importers.xml_source import StartTags
     from cqos_core.model.source import Source
     from cqos_core.model.system import Role

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import EVENT_ROLES, identity
 from cqos_core.bpmn.event_kinds import EventKind
+from cqos_core.bpmn.foreign_attributes import laid_under
 from cqos_core.bpmn.form import EVENT
-from cqos_core.bpmn.lost import laid_under
 from cqos_core.bpmn.names import fold, shown
 from cqos_core.bpmn.qos import message_type, read_qos
+from cqos_core.bpmn.qos_namespace import acceptances, extension_children, flag, qos_children, required, word
 from cqos_core.bpmn.reading import Unique
-from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, required, word
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.endpoint_rows import add_rows, as_object
 from cqos_core.model.settings import EVERY_OTHER, Setting
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.extensions import Child
-    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.foreign_attributes import Unknown
+    from cqos_core.bpmn.parser_target import Shape
     from cqos_core.bpmn.participants import Pools
     from cqos_core.bpmn.reading import DiagramReading
-    from cqos_core.bpmn.target import Shape
     from cqos_core.model.endpoint_rows import Row
     from cqos_core.model.settings import Place, Settings
     from cqos_core.model.system import Participant, Role
@@ -148,7 +148,7 @@ class Endpoints:
     def _add_row(
         self, row: Row, element: Element | Row, runners: Sequence[Participant], lost: Collection[Unknown]
     ) -> None:
-        """Add an endpoint of an event that is a row for each participant; what is ``lost`` is not its own."""
+        """Add an endpoint of an event that is a row for each participant; what is ``foreign_attributes`` is not its own."""
         name = row[1]
         self._report_duplicate(name, element, self._reading.document.parts.places.place(row))
         stated, ids = as_object(row), []

@@ -14,13 +14,13 @@ from cqos_core.bpmn.document import (
 )
 from cqos_core.bpmn.names import number, shown
 from cqos_core.bpmn.qos import read_qos
-from cqos_core.bpmn.words import extension_children, word
+from cqos_core.bpmn.qos_namespace import extension_children, word
 from cqos_core.model.settings import EVERY_OTHER, Setting
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element
     from cqos_core.bpmn.endpoints import Endpoints
-    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.foreign_attributes import Unknown
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.signals import Signals
 

@@ -14,6 +14,7 @@ from cqos_core.bpmn.document import (
     DEFINITION_REFERENCE,
     EXTENSIONS,
     MESSAGE_FLOW,
+    PARTICIPANT,
     PROCESS,
     ZEEBE_CALL,
     identity,
@@ -104,7 +105,39 @@ class _Drawing:
         for at, activity in self._calls:
             called = self._document.called_by(activity)
             self._nodes[at] = replace(self._nodes[at], calls=None if called is None else self._at.get(called))
-        return ControlFlow(self._document.name, tuple(self._nodes), tuple(drawn))
+        return ControlFlow(self._document.name, tuple(self._nodes), tuple(drawn), tuple(self._messages()))
+
+    def _messages(self) -> Iterator[FlowEnds]:
+        """Yield the message flows of each event to which only nodes of this file send messages."""
+        sources: dict[int, list[int | None]] = {}
+        wide: set[int | str] = set()
+        for flow in self._document.all(MESSAGE_FLOW):
+            source, target = (self._known(flow.get(each) or "") for each in ("sourceRef", "targetRef"))
+            if target is None:
+                pool = self._document.find(PARTICIPANT, flow.get("targetRef") or "", flow)
+                wide |= set() if pool is None else {self._pools.by_element[pool].id}
+            elif self._nodes[target].kind in _CATCHES:
+                sources.setdefault(target, []).append(source)
+            else:
+                wide.add(target)
+        for target, known in sources.items():
+            waits = any(each.kind == "message" for each in self._nodes[target].triggers)
+            if waits and None not in known and not self._is_within(target, wide):
+                yield from (FlowEnds(source, target) for source in known if source is not None)
+
+    def _is_within(self, at: int, wide: set[int | str]) -> bool:
+        """Whether an event may take a message that is sent to a pool, or to an activity, around it."""
+        while (parent := self._nodes[at].parent) is not None:
+            at = parent
+            if at in wide:
+                return True
+        return any(each.participant in wide for each in self._nodes[at].participants)
+
+    def _known(self, name: str) -> int | None:
+        """Return the node of an id; None if it is a pool, unclear or not there."""
+        name = name.strip()
+        found = self._by_id.get(name, self._by_id.get(name.rpartition(":")[2]))
+        return None if found is None or self._nodes[found].kind in {"unknown", "process"} else found
 
     def _add(self, element: Element | None, node: FlowNode) -> int:
         at = len(self._nodes)

@@ -9,8 +9,7 @@ from cqos_core.bpmn.document import BPMN, CALL_ACTIVITY, COLLABORATION, PARTICIP
 from cqos_core.bpmn.form import MODEL
 from cqos_core.bpmn.form import PARTICIPANT as FORM
 from cqos_core.bpmn.names import fold, shown, whole_number
-from cqos_core.bpmn.reading import Unique
-from cqos_core.bpmn.words import (
+from cqos_core.bpmn.qos_namespace import (
     extension_children,
     flag,
     options,
@@ -19,6 +18,7 @@ from cqos_core.bpmn.words import (
     qos_settings,
     word,
 )
+from cqos_core.bpmn.reading import Unique
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_core.model.system import Participant, Room
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Sequence
 
     from cqos_core.bpmn.element import Element
-    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.foreign_attributes import Unknown
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.model.settings import Settings
 

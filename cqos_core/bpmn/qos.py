@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from cqos_core.bpmn.document import identity
 from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.names import POLICIES, key, number, same_value, shown
-from cqos_core.bpmn.words import QOS, qos_settings
-from cqos_core.model.excerpt import NAMESPACES
+from cqos_core.bpmn.qos_namespace import QOS, qos_settings
 from cqos_core.model.settings import Cases, Setting
 
 if TYPE_CHECKING:
@@ -26,7 +25,6 @@ _CODED = frozenset({"reliability", "durability"})
 """Policies whose zero is the code of a value other than the default."""
 _EXPONENT = re.compile(r"\d+(?:\.\d*)?[eE][+-]?\d{1,3}")
 _MOST_DIGITS = 30
-_ROS = f"{{{NAMESPACES['ros']}}}"
 _ENGINES = ("camunda", "zeebe")
 
 

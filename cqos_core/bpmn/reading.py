@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.document import COLLABORATION
-from cqos_core.bpmn.lost import LostWords
+from cqos_core.bpmn.foreign_attributes import LostWords
 from cqos_core.bpmn.names import fold
 from cqos_core.model.codes import CODES
 from cqos_core.model.problems import InputError, Problem

@@ -9,13 +9,13 @@ from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, spli
 from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.form import SIGNAL as FORM
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
-from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, qos_settings
+from cqos_core.bpmn.qos_namespace import acceptances, extension_children, flag, qos_children, qos_settings
 from cqos_core.model.system import Topic
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.document import Document
     from cqos_core.bpmn.element import Element
-    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.foreign_attributes import Unknown
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.model.settings import Place, Settings
 
@@ -30,7 +30,7 @@ class Signals:
     """
 
     def __init__(self, reading: DiagramReading, lost: dict[str, dict[str, Unknown]]) -> None:
-        """Use the signals of the document that is being read, and what is ``lost`` on them."""
+        """Use the signals of the document that is being read, and what is ``foreign_attributes`` on them."""
         self._reading = reading
         self.lost = {name: unknown for name, unknown in lost.items() if unknown}
         self._topics: dict[str, EventTopic] = {}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import IMPORT, MESSAGE_DEFINITION, MESSAGE_FLOW, SILENT, TASK_ROLES, split
 from cqos_core.bpmn.names import POLICIES, key, number, shown
-from cqos_core.bpmn.words import extension_children, qos_attributes
+from cqos_core.bpmn.qos_namespace import extension_children, qos_attributes
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.element import Element

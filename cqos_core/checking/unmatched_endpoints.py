@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import chain
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.topic_groups import bridges_of
@@ -10,7 +11,7 @@ from cqos_core.model.codes import CODES
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.finding import Finding, Severity, Side
 from cqos_core.model.grouping import grouped
-from cqos_core.model.spelling import typing_errors
+from cqos_core.model.spelling import folded, typing_errors
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ def unmatched_endpoints(
     lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
     unmatched = sum(map(len, lonely.values())) if system.partial else 0
     busy = ((key, result.groups[0].topic) for key, result in results.items() if result.groups)
-    found = reported_alone(lonely, packs, kinds, busy, partial=system.partial)
+    elsewhere = _in_other_protocols(lonely, results, packs)
+    found = reported_alone(lonely, packs, kinds, busy, elsewhere, partial=system.partial)
     return [finding for findings in found.values() for finding in findings], unmatched
 
 
@@ -68,7 +70,8 @@ def read_of_topic(result: TopicResult | None) -> tuple[object, ...]:
     alternatives = [
         (each.id, each.representative.template or "") for each in result.endpoints if each.representative.alternative
     ]
-    return result.lonely, met, sorted(alternatives), result.topic.shown
+    ends = frozenset((each.role, each.id) for each in result.endpoints)
+    return result.lonely, met, sorted(alternatives), result.topic.shown, ends
 
 
 def reported_alone(
@@ -76,6 +79,7 @@ def reported_alone(
     packs: Mapping[str, RulePack],
     kinds: Mapping[str, str],
     busy: Iterable[tuple[TopicKey, str]],
+    elsewhere: Mapping[tuple[TopicKey, str], str] = MappingProxyType({}),
     *,
     partial: bool,
 ) -> dict[TopicKey, list[Finding]]:
@@ -86,9 +90,10 @@ def reported_alone(
         packs: by protocol.
         kinds: by id of a stated endpoint its kind, where that is no message.
         busy: topics on which others match, with how these write them; one of them may be meant.
+        elsewhere: by topic and role what to do where an endpoint of another protocol has the missing role on that name.
         partial: the system is a part.
     """
-    near, silenced = near_misses(lonely, packs)
+    near, silenced, of_other_type = near_misses(lonely, packs)
     found = {key: [finding] for key, finding in near.items()}
     if partial:
         return found
@@ -106,8 +111,33 @@ def reported_alone(
             ]
             if alone:
                 reported |= {e.endpoint.template for e in alone if e.endpoint.alternative}
-                found.setdefault(key, []).append(_alone(code, role, alone, kinds, meant(key)))
+                hint = meant(key) or of_other_type.get(key) or elsewhere.get((key, role))
+                found.setdefault(key, []).append(_alone(code, role, alone, kinds, hint))
     return found
+
+
+def _in_other_protocols(
+    lonely: Iterable[TopicKey], results: Mapping[TopicKey, TopicResult], packs: Mapping[str, RulePack]
+) -> dict[tuple[TopicKey, str], str]:
+    """Return by topic and role a hint where only an endpoint of another protocol has the missing role on the same name."""
+    names = grouped((name.strip("/"), (pack_id, name)) for pack_id, name in sorted(results))
+    found: dict[tuple[TopicKey, str], str] = {}
+    for key in lonely:
+        for other in names[key[1].strip("/")]:
+            # Protocols on one wire meet there, under names of their own.
+            if other[0] == key[0] or _share_wire(packs[key[0]], packs[other[0]]):
+                continue
+            for role, partner, verb in ((SUBSCRIBER, PUBLISHER, "publishes"), (PUBLISHER, SUBSCRIBER, "subscribes to")):
+                end = min((each.id for each in results[other].endpoints if each.role == partner), default=None)
+                if end is not None:
+                    where = f"`{end}` {verb} the same name by {packs[other[0]].title}, and protocols never meet by themselves"
+                    found.setdefault((key, role), f"{where}; state a bridge in `bridges:`, or use one protocol")
+    return found
+
+
+def _share_wire(one: RulePack, other: RulePack) -> bool:
+    wires = [{pack.id, *([pack.wire.protocol] if pack.wire is not None else [])} for pack in (one, other)]
+    return not wires[0].isdisjoint(wires[1])
 
 
 class _BusyTopics:
@@ -150,7 +180,7 @@ _DOES: Final = {
 }
 
 
-def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str], meant: str | None) -> Finding:
+def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str], hint: str | None) -> Finding:
     """Return the finding about endpoints of one topic without partner; a service or action is named as it was stated."""
     ids = sorted(endpoint.id for endpoint in alone)
     first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
@@ -160,30 +190,44 @@ def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, 
     more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
     message = f"`{who}`{more} {several if more else one} `{what}`, which no endpoint in the system {other}"
     place = first.endpoint.place
-    return core_finding(code, message, place=place, role=role, members=ids, topic=first.shown, help=meant)
+    return core_finding(code, message, place=place, role=role, members=ids, topic=first.shown, help=hint)
 
 
 def near_misses(
     lonely: Mapping[TopicKey, Sequence[Resolved]], packs: Mapping[str, RulePack]
-) -> tuple[dict[TopicKey, Finding], set[TopicKey]]:
-    """Return findings about topics of subscribers and of publishers whose names nearly agree, by the former; and all topics concerned."""
+) -> tuple[dict[TopicKey, Finding], set[TopicKey], dict[TopicKey, str]]:
+    """Compare topics of subscribers and of publishers.
+
+    Returns:
+        Findings about those whose names nearly agree, by the topic of the subscribers; all topics concerned; and hints for others whose
+        names nearly agree, but not their types.
+    """
     findings: dict[TopicKey, Finding] = {}
     silenced: set[TopicKey] = set()
+    hints: dict[TopicKey, str] = {}
+
+    def keep_hints(key: TopicKey, near: Iterable[TopicKey]) -> None:
+        for other in near:
+            if not _of_one_relay(lonely[key], lonely[other]) and not _of_one_type(lonely[key], lonely[other]):
+                for one, meant in ((key, other), (other, key)):
+                    hints.setdefault(one, f"did you mean `{lonely[meant][0].shown}`, although the types differ?")
+
     for pack_id, pack in sorted(packs.items()):
         offering = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == PUBLISHER]
         subscribed = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == SUBSCRIBER]
         missing = [key for key in subscribed if not all(each.external for each in lonely[key])]
         for words, fold in pack.topic_matching.folds:
-            folded: dict[str, list[TopicKey]] = {}
+            folded_names: dict[str, list[TopicKey]] = {}
             for key in offering:
-                folded.setdefault(fold(key[1]), []).append(key)
-            matched = _matched(pack, folded, {fold(key[1]) for key in missing})
+                folded_names.setdefault(fold(key[1]), []).append(key)
+            matched = _matched(pack, folded_names, {fold(key[1]) for key in missing})
             for key in missing:
                 near = (fold(key[1]), *matched.get(fold(key[1]), ()))
+                keep_hints(key, (c for c in folded_names.get(near[0], ()) if folded(c[1]) == folded(key[1])))
                 candidates = [
                     c
                     for each in near
-                    for c in folded.get(each, ())
+                    for c in folded_names.get(each, ())
                     if c not in silenced and _may_be_meant(lonely[key], lonely[c])
                 ]
                 if not candidates or key in silenced or (len(candidates) > 1 and not matched):
@@ -194,6 +238,7 @@ def near_misses(
         # A partner from outside, too, is on a topic of the right name.
         for name, misspelt in typing_errors([key[1] for key in subscribed if key not in silenced], offered).items():
             key = (pack_id, name)
+            keep_hints(key, (offered[other] for other in misspelt))
             candidates = [
                 c
                 for c in (offered[other] for other in misspelt)
@@ -203,7 +248,7 @@ def near_misses(
                 silenced |= {key, candidates[0]}
                 words = f"differ by a typing error; did you mean `{lonely[candidates[0]][0].shown}`?"
                 findings[key] = _near_miss(lonely[key], lonely[candidates[0]], words)
-    return findings, silenced
+    return findings, silenced, hints
 
 
 def _may_be_meant(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.export import ExportContext
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.presets import Dialect
+    from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.resolved_endpoint import Resolved
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
@@ -326,9 +327,16 @@ def _overlaid(part: Resolved) -> dict[str, tuple[str, Setting]]:
     found: dict[str, tuple[str, Setting] | None] = {}
     for layer in (each for each in part.layers if each.overlay != "may_hold"):  # the nearest first
         for index, stated in layer.settings.items():
-            given = (layer.origin, Setting(stated.text, stated.setting.place)) if layer.overlay == "holds" else None
+            given = (layer.origin, _overlay_setting(stated)) if layer.overlay == "holds" else None
             found.setdefault(part.pack.policies[index].name, given)
     return {name: given for name, given in found.items() if given is not None}
+
+
+def _overlay_setting(stated: Stated) -> Setting:
+    """Return a setting of an overlay; if its value is not known, with the cause."""
+    unknown = stated.setting.unknown
+    cause = f"it depends on {unknown.assumption}" if isinstance(unknown, Cases) else unknown
+    return Setting("" if cause else stated.text, stated.setting.place, unknown=cause)
 
 
 def _key(part: Resolved, name: str) -> str | None:

@@ -128,7 +128,8 @@ class _GrowingSystem:
 
     Attributes:
         most: endpoints that there may be.
-        own: the bridge of each endpoint that was added.
+        own: the bridge of each endpoint that was added, or stated and is a side.
+        carried: what is carried: the participants of both sides, the kind, and the name before the bridge.
         came: by the id of such an endpoint, how its name came about.
         turning: routes by which names come back longer than they were; what `turned_back` had in the round before.
         notes: findings about them.
@@ -138,15 +139,23 @@ class _GrowingSystem:
     most: int
     links: list[Link] = field(default_factory=list)
     own: dict[str, str] = field(default_factory=dict)
+    carried: set[tuple[str, str, str, str]] = field(default_factory=set)
     came: dict[str, _NameOrigin] = field(default_factory=dict)
     turning: set[int] = field(default_factory=set)
     turned_back: set[int] = field(default_factory=set)
     notes: list[ImportNote] = field(default_factory=list)
     taken: set[str] = field(init=False)
+    stated: dict[tuple[str, Role, str, str | None], Endpoint] = field(init=False)
     done: set[tuple[int, str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.taken = {endpoint.id for endpoint in self.whole.endpoints}
+        sides = {side.participant for each in self.whole.bridges.values() for of in each.routes for side in _sides(of)}
+        self.stated = {
+            (each.participant, each.role, each.kind, each.topic): each
+            for each in reversed(self.whole.endpoints)
+            if each.participant in sides
+        }
 
     def add(self, bridge: Bridge, route: Route, topic: str, other: str, origin: str = "") -> bool:
         """Add the endpoints of one topic, which came about by an endpoint of the id ``origin``; return whether they are new.
@@ -169,6 +178,7 @@ class _GrowingSystem:
             for side, name in ((route.source, topic), (route.target, other))
         ]
         self.came.update(dict.fromkeys(ends, way))
+        self.carried.add((*_between(route), topic))
         if route.source.kind == MESSAGE:  # a call goes both ways, so that nothing is needed before it or behind it
             self.links.append(Link(bridge, *ends))
         return True
@@ -208,8 +218,15 @@ class _GrowingSystem:
         return InputError([Problem("CQ029", message, route.place, CODES["CQ029"].help)])
 
     def _end(self, bridge: Bridge, side: Endpoint, topic: str, *, unasked: bool) -> str:
-        does = side.role if side.kind == MESSAGE else side.kind
         patterned = "*" in (side.topic or "")
+        stated = self.stated.get((side.participant, side.role, side.kind, topic)) if _states_nothing(side) else None
+        if stated is not None:
+            if not patterned and not side.external and stated.id not in self.own:
+                self.own[stated.id] = bridge.id
+                return stated.id
+            # A pattern and each further route has an end of its own, with what the participant states.
+            side = replace(stated, id="", topic=side.topic, external=side.external, place=side.place)
+        does = side.role if side.kind == MESSAGE else side.kind
         wanted = f"{side.id}/{topic}" if side.id and patterned else side.id or endpoint_id(bridge.id, does, topic)
         identifier, number = wanted, 2
         while identifier in self.taken:
@@ -221,6 +238,20 @@ class _GrowingSystem:
         external = side.external or (patterned and unasked)
         self.whole.endpoints.append(replace(side, id=identifier, topic=topic, template=template, external=external))
         return identifier
+
+
+def _sides(route: Route) -> tuple[Endpoint, Endpoint]:
+    return route.source, route.target
+
+
+def _between(route: Route) -> tuple[str, str, str]:
+    """Return what two routes have in common that carry the same names: the participants of their sides, and the kind."""
+    return route.source.participant, route.target.participant, route.source.kind
+
+
+def _states_nothing(side: Endpoint) -> bool:
+    """Return whether a side of a route states nothing but who it is, so that an endpoint of its participant may be meant."""
+    return not (side.id or side.settings or side.profiles or side.overlay or side.needs or side.type)
 
 
 _Filed = dict["Value | None", list["Resolved"]]
@@ -374,7 +405,7 @@ class _EndpointIndex:
                 yield name, other.replace("*", rest, 1), rests[rest]
 
     def left_out(self, bridge: Bridge, route: Route) -> Iterator[ImportNote]:
-        """Say which topics, services or actions the expressions of a route keep from being carried."""
+        """Say which topics, services or actions the expressions of a route keep from being carried, also by another route."""
         if not (route.only or route.but):
             return
         there, _ = _ends(route)
@@ -383,7 +414,8 @@ class _EndpointIndex:
         names = [
             self.shown[there[2].replace("*", rest, 1)]
             for rest in sorted(self.rests(bridge, *there, route.source.kind))
-            if not lets_through(pattern.replace("*", rest, 1))
+            if not lets_through(name := pattern.replace("*", rest, 1))
+            and (*_between(route), name) not in self.growing.carried
         ]
         if names:
             what = "topic" if route.source.kind == MESSAGE else route.source.kind.partition("_")[0]

@@ -71,7 +71,7 @@ class FlowRunner(NamedTuple):
 
 
 class FlowEnds(NamedTuple):
-    """The positions of the nodes from and to which a token goes."""
+    """The positions of the nodes from and to which a token or a message goes."""
 
     source: int
     target: int
@@ -127,11 +127,13 @@ class ControlFlow(Immutable):
         source: name of the file, as places have it. Endpoint ids of nodes are those of endpoints of this file.
         nodes: in no order.
         flows: in no order.
+        messages: message flows between two nodes. An event that is the target of one gets messages over these only.
     """
 
     source: str
     nodes: tuple[FlowNode, ...] = ()
     flows: tuple[FlowEnds, ...] = ()
+    messages: tuple[FlowEnds, ...] = ()
 
 
 def positions_missing(flow: ControlFlow) -> str | None:
@@ -143,6 +145,6 @@ def positions_missing(flow: ControlFlow) -> str | None:
             return f"node {at}, `{node.id}`, is in none of the processes and sub-processes before it"
         if any(each is not None and not 0 <= each < size for each in (node.attached, node.calls)):
             return f"node {at}, `{node.id}`, names a node that is not there"
-    if any(not 0 <= each < size for ends in flow.flows for each in ends):
+    if any(not 0 <= each < size for ends in (*flow.flows, *flow.messages) for each in ends):
         return "a flow names a node that is not there"
     return None

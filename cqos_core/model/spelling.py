@@ -64,7 +64,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the one of ``known`` that ``word`` was probably meant to be, None where none is near.
 
     Case, blanks and hyphens do not count. Every third letter may be wrong; a name that ``word`` begins, or that begins
-    ``word``, is near too.
+    ``word``, is near too. A number of three digits or more at the end of a name is meant: ``ROS102`` is not near ``ROS101``.
     """
     return _nearest(word, tuple(known)) if len(word) <= _LONGEST else None
 
@@ -72,7 +72,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 @lru_cache(maxsize=256)
 def _nearest(word: str, known: tuple[str, ...]) -> str | None:
     meant = folded(word)
-    names = [(name, folded(name)) for name in known]
+    names = [(name, letters) for name in known if not _of_another_number(meant, letters := folded(name))]
     best, found = len(meant) // 3, None
     for name, letters in names:
         apart = distance(meant, letters, best)
@@ -83,6 +83,14 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
     return found
 
 
+def _of_another_number(word: str, name: str) -> bool:
+    """Return whether ``name`` ends with a long number, and ``word`` is letters and another one."""
+    number = _LONG_NUMBER.search(name)
+    return number is not None and (own := _NUMBERED.fullmatch(word)) is not None and own[1] != number[0]
+
+
+_NUMBERED: Final = regular_expression(r"\D+(\d+)")
+_LONG_NUMBER: Final = regular_expression(r"\d{3,}$")
 _SHORTEST_START: Final = 3
 _TYPED_WRONG: Final = 2
 """Wrong letters of a typing error; a name that begins with the written text is nearer than one with more wrong letters."""
@@ -135,8 +143,9 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
     """Return for each of ``names`` the ``others`` that differ from it by a typing error, the nearest first.
 
     A typing error is a letter too many, too few or wrong, or two that are swapped; in a word of eight letters or more
-    also one that moved. It is in one word of the name, of four letters or more. Digits never differ: numbered names are
-    meant to. The cost grows with the length of all names, not with their pairs.
+    also one that moved. It is in one word of the name, of four letters or more. Other separators between the same words are one too
+    (``imu/data`` and ``imu_data``). Digits never differ: numbered names are meant to. The cost grows with the length of
+    all names, not with their pairs.
     """
     by_stub = grouped((stub, other) for other in dict.fromkeys(others) for stub in stubs_of(other))
     found = {}
@@ -149,10 +158,14 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
 
 
 def _sorted_letters(name: str) -> tuple[str, str]:
-    """Return the letters in alphabetical order, and the digits in their order."""
-    return "".join(sorted(letter for letter in name if not letter.isdigit())), "".join(filter(str.isdigit, name))
+    """Return the letters without separators in alphabetical order, and the digits in their order."""
+    letters = sorted(letter for letter in name if not letter.isdigit() and letter not in _SEPARATORS)
+    return "".join(letters), "".join(filter(str.isdigit, name))
 
 
+_SEPARATORS: Final = frozenset("/_-.")
+_SEPARATOR: Final = regular_expression(r"(?<!\d)[-/_.]|[-/_.](?!\d)")
+"""One that does not keep two numbers apart."""
 _CROWD: Final = 8
 """The most names that are compared if they become equal without one letter: among more, none is a typing error."""
 _SHORTEST_WORD: Final = 4
@@ -161,7 +174,7 @@ _WORD: Final = regular_expression(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
 def stubs_of(name: str) -> set[str]:
-    """Return the letters of ``name`` in alphabetical order, all and without each one of them; its digits as they stand.
+    """Return the letters of ``name`` in alphabetical order, all and without each one of them; its digits as they stand, no separators.
 
     Two names that share one of them differ by one letter, or by one and by the order of letters.
     """
@@ -173,6 +186,8 @@ def stubs_of(name: str) -> set[str]:
 
 def _mistyped(one: str, other: str) -> int:
     """Return the number of wrong letters of a typing error; 0 if it is none."""
+    if abs(len(one) - len(other)) <= 1 and one != other and _SEPARATOR.sub("", one) == _SEPARATOR.sub("", other):
+        return 1
     if _WORD.split(one) != _WORD.split(other):
         return 0
     words = [pair for pair in zip(_WORD.findall(one), _WORD.findall(other), strict=True) if pair[0] != pair[1]]

@@ -233,6 +233,7 @@ class Overlay:
             (``system_default``), or as a zero that stands for one, or of smaller ones of a policy that may be raised; empty: of
             every value.
         dialect: which of the pack's dialects reads the settings.
+        advice: what to write where it covers no endpoint; empty: the general advice.
     """
 
     name: str
@@ -247,6 +248,7 @@ class Overlay:
     dialect: str = "yaml"
     place: Place | None = None
     room: Room | None = None
+    advice: str = ""
 
 
 @dataclass(slots=True)

@@ -133,7 +133,7 @@ class RulePack(PackDefinition):
 
     @cached_property
     def definitions(self) -> Mapping[str, Node]:
-        """The definitions that its conditions use, by name, as `cqos_core.language.expression.parse` takes them."""
+        """The definitions that its conditions use, by name, as `cqos_core.language.parser.parse` takes them."""
         return definitions(*(bound.rule.condition for bound in self.bound_rules))
 
     def policy(self, name: str, level: str = ENDPOINT) -> Policy:

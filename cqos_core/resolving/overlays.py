@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from cqos_core.resolving.layers import Stated
     from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved_endpoint import ResolvedParticipant
+
+_OF_PARTICIPANTS: Final = ("participant", "option")
 
 
 class Overlays:
@@ -137,7 +139,7 @@ class Overlays:
                 continue
             if index not in self.used:
                 message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
-                self._reader.say("CQ214", message, overlay.place, "system")
+                self._reader.say("CQ214", message, overlay.place, "system", (), overlay.advice or None)
             elif index not in self._laid:
                 message = (
                     f"{overlay.name} covers only endpoints that were observed, and changes nothing of what was seen"
@@ -166,7 +168,7 @@ def laid_on_participant(
             continue
         dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
         # The pack knows every name, so no other setting is possible.
-        found, _ = reader.recognise(Whose(pack, ("participant",), dialect, overlay.name, "system", []), settings)
+        found, _ = reader.recognise(Whose(pack, _OF_PARTICIPANTS, dialect, overlay.name, "system", []), settings)
         left_open = {
             index: stated
             for index, stated in found.items()
@@ -209,8 +211,8 @@ def holds(overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
 
 
 def is_of_participants(name: str, pack: RulePack) -> bool:
-    """Whether a setting is one of participants, and not of endpoints."""
-    return pack.find("participant", name) is not None and pack.find(ENDPOINT, name) is None
+    """Whether a setting is one of participants, or an option of theirs, and not of endpoints."""
+    return pack.find(ENDPOINT, name) is None and any(pack.find(level, name) is not None for level in _OF_PARTICIPANTS)
 
 
 def _unseen(layer: Layer, pack: RulePack) -> Layer:

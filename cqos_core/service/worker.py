@@ -101,7 +101,7 @@ def main(arguments: list[str]) -> None:
     # Ctrl-C in a terminal reaches all its processes; the service ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _bound(memory)
-    # Printed text must not come between worker_frames.
+    # Printed text must not come between frames.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
         with suppress(BrokenPipeError):  # the service is gone

@@ -8,6 +8,7 @@ A model has a text for each pool. A line is a node or a way of flows::
     t: task times=3              loops: times=K (multi-instance), loop=K (standard)
     i: start in=sub              inside of a sub-process
     b: boundary y on=t keep      keep: it does not interrupt
+    p ~> y                       a message flow, also to a node of another pool; `E ~> y`: from a pool
     s -> p -> e                  a node that is not declared is a task, or an end where nothing follows
 
 The name of a pool is ``A``, ``A*3`` (three of them), ``A*`` (several), ``A domain=5`` (settings), or ``-PC`` for a process without a pool.
@@ -31,6 +32,7 @@ _TAGS = {
     "catch": "intermediateCatchEvent",
     "boundary": "boundaryEvent",
     "task": "task",
+    "send": "sendTask",
     "call": "callActivity",
     "sub": "subProcess",
     "eventsub": "subProcess",
@@ -62,7 +64,7 @@ def model(
     for name in signals:
         outside = ' qos:external="true"' if name in external else ""
         parts.append(f'<signal id="signal-{name}" name="{name}"{outside}/>')
-    drawn = "".join(each.pool for each in processes)
+    drawn = "".join([*(each.pool for each in processes), *(each.messages for each in processes)])
     parts.append(f'<collaboration id="C">{drawn}</collaboration>' if drawn else "")
     parts += [each.xml for each in processes]
     return "\n".join([*parts, "</definitions>"]).encode()
@@ -77,6 +79,7 @@ class _Process:
         self.signals: set[str] = set()
         self._lines: dict[str, list[str]] = {}
         self._flows: list[tuple[str, str]] = []
+        self.messages = ""
         self._read(text)
         identifier = name[1:] if name.startswith("-") else f"P{name}"
         body = "".join(
@@ -92,7 +95,10 @@ class _Process:
 
     def _read(self, text: str) -> None:
         for line in filter(None, map(str.strip, text.splitlines())):
-            if "->" in line:
+            if "~>" in line:
+                source, target = map(str.strip, line.split("~>"))
+                self.messages += f'<messageFlow id="{source}-{target}" sourceRef="{source}" targetRef="{target}"/>'
+            elif "->" in line:
                 way = [each.strip() for each in line.split("->")]
                 self._flows += pairwise(way)
             else:

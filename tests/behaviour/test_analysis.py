@@ -247,6 +247,7 @@ def test_part_of_a_system_and_an_accepted_finding():
         ControlFlow("x", (FlowNode("P", "process", None), FlowNode("t", "task", 1))),
         ControlFlow("x", (FlowNode("P", "process", None), FlowNode("t", "call", 0, calls=7))),
         ControlFlow("x", (FlowNode("P", "process", None),), (FlowEnds(0, 1),)),
+        ControlFlow("x", (FlowNode("P", "process", None),), (), (FlowEnds(1, 0),)),
     ],
 )
 def test_a_graph_that_means_nothing_is_refused(flow):
@@ -307,7 +308,10 @@ def any_flow(seed: int) -> tuple[ControlFlow, Wiring]:
             )
         )
     ends = [FlowEnds(random.randrange(len(nodes)), random.randrange(len(nodes))) for _ in range(len(nodes))]
-    return ControlFlow("x.bpmn", tuple(nodes), tuple(ends)), Wiring(thrown, caught)
+    messages = [
+        FlowEnds(random.randrange(len(nodes)), random.randrange(len(nodes))) for _ in range(random.randint(0, 9))
+    ]
+    return ControlFlow("x.bpmn", tuple(nodes), tuple(ends), tuple(messages)), Wiring(thrown, caught)
 
 
 def test_any_graph_is_analysed():

@@ -536,3 +536,19 @@ def test_a_value_that_is_not_known_is_read_as_such():
     system = cqos.read(NOT_KNOWN["a system file"].encode())
     assert system.topics["t"].settings["period"].unknown == "the ${X} of it"
     assert "CQ217" in {each.code for each in cqos.check(system).findings}
+
+
+STATIC = """<dds xmlns="http://www.eprosima.com"><profiles><participant profile_name="p" is_default_profile="true"><rtps><builtin>
+<discovery_config><EDP>STATIC</EDP></discovery_config></builtin></rtps></participant></profiles></dds>"""
+
+
+def test_a_value_that_an_overlay_leaves_unknown_stays_so(tmp_path):
+    (tmp_path / "fast.xml").write_text(STATIC)
+    (tmp_path / "system.yaml").write_text(
+        "cqos: 1\nprotocol: ros2\noptions: {ros2: {rmw: fastdds}}\ninclude: fast.xml\n"
+        "participants: {a: {publishes: {/t: {}}}, b: {subscribes: {/t: {}}}}\n"
+    )
+    system = cqos.read(tmp_path / "system.yaml")
+    again = cqos.read(write(system, INSTALLED).text.encode())
+    assert cqos.check(system).verdict == "unknown"
+    assert values(again) == values(system)

@@ -202,3 +202,41 @@ def test_control_flow_is_copied_pickled_and_merged():
     assert copy.deepcopy(one) == one == pickle.loads(pickle.dumps(one))  # noqa: S301 - our own
     assert [flow.nodes[0].id for flow in merge([one, other]).flows] == ["P", "Q"]
     assert cqos.read("examples/smart_agriculture.bpmn").flows[0].source == "examples/smart_agriculture.bpmn"
+
+
+MESSAGE = "<bpmn:messageEventDefinition/>"
+SENDER = (
+    f'<bpmn:process id="Q"><bpmn:sendTask id="c"/><bpmn:endEvent id="d">{MESSAGE}</bpmn:endEvent>'
+    '<bpmn:sequenceFlow sourceRef="c" targetRef="d"/></bpmn:process>'
+)
+POOLS = '<bpmn:participant id="A" processRef="P"/><bpmn:participant id="B" processRef="Q"/><bpmn:participant id="E"/>'
+
+
+@pytest.mark.parametrize(
+    ("flows", "read"),
+    [
+        ("c>b", ["c>b"]),
+        ("c>b d>b", ["c>b", "d>b"]),
+        ("c>b d>E", ["c>b"]),
+        ("c>i b>a", ["c>i"]),
+        ("", []),
+        ("E>b", []),
+        ("c>b E>b", []),
+        ("c>b B>b", []),
+        ("c>b gone>b", []),
+        ("c>b d>A", []),
+        ("c>i d>u", []),
+        ("c>b d>u", ["c>b"]),
+        ("c>a", []),
+    ],
+)
+def test_message_flows_to_an_event_are_read_if_only_nodes_send_there(flows, read):
+    pools = "".join(
+        f'<bpmn:messageFlow sourceRef="{a}" targetRef="{b}"/>' for a, b in (each.split(">") for each in flows.split())
+    )
+    inside = f'<bpmn:subProcess id="u"><bpmn:intermediateCatchEvent id="i">{MESSAGE}</bpmn:intermediateCatchEvent></bpmn:subProcess>'
+    waits = f'<bpmn:task id="a"/><bpmn:intermediateCatchEvent id="b">{MESSAGE}</bpmn:intermediateCatchEvent>{inside}'
+    process = f'<bpmn:process id="P">{waits}{FLOWS}</bpmn:process>{SENDER}'
+    (flow,) = read_model(f"<bpmn:collaboration>{POOLS}{pools}</bpmn:collaboration>{process}").flows
+    names = [each.id for each in flow.nodes]
+    assert [f"{names[source]}>{names[target]}" for source, target in flow.messages] == read

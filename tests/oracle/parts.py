@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -40,13 +40,14 @@ class Log:
 
 
 class Scope:
-    """An instance of a process or of a sub-process. Only an event sub-process goes on in one that is ``halted``."""
+    """An instance of a process or of a sub-process, with the tokens at each node. Only an event sub-process goes on in one that is ``halted``."""
 
     def __init__(self, position: int, outer: Scope | None, done: Callable[[], None], *, by_event: bool = False) -> None:
         self.position, self.outer, self.done, self.by_event = position, outer, done, by_event
         self.tokens, self.ended, self.halted = 0, False, False
         self.depth: int = 0 if outer is None else outer.depth + 1
         self.arrived: dict[int, list[int]] = defaultdict(list)
+        self.at: Counter[int] = Counter()
 
     @property
     def open(self) -> bool:
@@ -56,3 +57,28 @@ class Scope:
     @property
     def alive(self) -> bool:
         return self.open and not self.halted
+
+
+class Mail:
+    """The messages that message flows bring to an event; each is kept until one token takes it."""
+
+    def __init__(self) -> None:
+        self.kept = 0
+        self.waiting: list[tuple[Callable[[], bool], Callable[[], None]]] = []
+
+    def wait(self, alive: Callable[[], bool], do: Callable[[], None]) -> None:
+        """Call ``do`` for messages, as long as ``alive`` says so."""
+        self.waiting.append((alive, do))
+        self._give()
+
+    def come(self) -> None:
+        """Bring a message."""
+        self.kept += 1
+        self._give()
+
+    def _give(self) -> None:
+        self.waiting = [each for each in self.waiting if each[0]()]
+        while self.kept and self.waiting:
+            self.kept -= 1
+            self.waiting[0][1]()
+            self.waiting = [each for each in self.waiting if each[0]()]

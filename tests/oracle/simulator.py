@@ -1,7 +1,8 @@
 """Simulates tokens with random delays over the control flow of a model.
 
 It knows nothing of the analysis. Time passes in tasks (also for ever), in catches and in timers, which are late or exact and never
-early. Gateways choose freely. A signal reaches each catch that waits, late or not at all. What becomes of a sample while no token
+early. Gateways choose freely. A signal reaches each catch that waits, late or not at all.
+A message of a message flow is kept until an event takes it. What becomes of a sample while no token
 waits is the reading of a run.
 """
 
@@ -13,11 +14,11 @@ from heapq import heappop, heappush
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from tests.oracle.parts import Log, Scope
+from tests.oracle.parts import Log, Mail, Scope
 from tests.oracle.samples import READINGS, Kept, Sample, Samples, Subscription
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from random import Random
 
     from cqos_core.model.flow import ControlFlow, FlowNode, Trigger
@@ -28,6 +29,7 @@ MOST_STEPS: Final = 4_000
 _SEVERAL: Final = 3
 _DEEPEST: Final = 8
 _INSIDE: Final = frozenset({"subprocess", "transaction", "adhoc"})
+_EVENTS: Final = frozenset({"start", "end", "throw", "catch", "boundary"})
 _GIVEN_OUTSIDE: Final = frozenset(
     {"message", "conditional", "unknown", "error", "escalation", "compensation", "cancel"}
 )
@@ -103,6 +105,12 @@ class Simulation:
         self.log.prompt = calm or random.random() < 0.4
         self.in_order = self.in_order or self.log.prompt
         self.apart = random.random() < 0.5
+        self.brought: dict[int, Mail] = defaultdict(Mail)
+        self.sends: dict[int, list[Mail]] = defaultdict(list)
+        for start, end in flow.messages:
+            if not flow.nodes[end].endpoints:
+                self.sends[start].append(self.brought[end])
+        self.joining: dict[tuple[Scope, int], None] = {}
 
     def run(self) -> Log:
         """Run until the horizon."""
@@ -119,6 +127,7 @@ class Simulation:
                 return self.log
             self.now, _, _, do = heappop(self.queue)
             do()
+            self._go_on()
         self.log.end = self.horizon
         return self.log
 
@@ -182,6 +191,8 @@ class Simulation:
                 self.samples.waiting[topic].append(Subscription(start, lambda: True, begin))
         elif trigger.kind == "timer" and trigger.timer is not None:
             self._tick(trigger, lambda: True, begin, first=0 if self.calm else None)
+        elif trigger.kind == "message" and start in self.brought:
+            self.brought[start].wait(lambda: True, begin)
         else:
             self._often(begin)
 
@@ -253,6 +264,7 @@ class Simulation:
             if nodes[each].by_event:
                 self._arm_event_subprocess(scope, each)
         scope.tokens += len(starts) + len(free)
+        scope.at.update((*starts, *free))
         for each in (*starts, *free):
             self._after(0, lambda each=each: self._enter(scope, each, None))  # type: ignore[misc]
         if not scope.tokens:
@@ -284,31 +296,65 @@ class Simulation:
             return
         node = self.flow.nodes[position]
         kind = node.kind
+        if kind not in _EVENTS:
+            self._send(position)
         if kind in {"start", "end", "throw", "boundary"}:
             self._fire(scope, position, node)
         elif kind == "catch":
-            self._wait(scope, {position: position})
+            self._wait(scope, position, [position])
         elif kind in {"event_based", "event_start"}:
-            self._wait(scope, {end: end for _, end in self.out[position]})
+            self._wait(scope, position, [end for _, end in self.out[position]])
         elif kind == "task" or (kind == "call" and node.calls is None):
             self._work(scope, position, lambda done, inner: self._unknown_work(position, done, inner))
         elif kind == "call" or kind in _INSIDE:
             self._work(scope, position, lambda done, inner: self._run_inside(position, done, inner))
         elif kind == "parallel":
             self._join(scope, position, flow)
+        elif kind == "inclusive" and len(self.into[position]) > 1:
+            scope.arrived[position].append(-1 if flow is None else flow)
+            self.joining[scope, position] = None
         else:
             self._choose(scope, position, kind)
+
+    def _go_on(self) -> None:
+        """Let inclusive gateways happen that wait for no further token (BPMN 2.0.2, 13.4.3)."""
+        for scope, position in [*self.joining]:
+            came = set(scope.arrived[position])
+            if not scope.alive:
+                del self.joining[scope, position]
+            elif came and all(self._may_not_come(each, position, came) for each in scope.at if scope.at[each] > 0):
+                for each in came:
+                    scope.arrived[position].remove(each)
+                if not scope.arrived[position]:
+                    del self.joining[scope, position]
+                scope.tokens -= len(came) - 1
+                scope.at[position] -= len(came) - 1
+                self._choose(scope, position, "inclusive")
+
+    def _may_not_come(self, at: int, join: int, came: set[int]) -> bool:
+        """Whether a token at a node comes over no flow of a join that has none, or also over one that has one."""
+        if at == join:
+            return True
+        waiting, seen, ends = [at], {at}, set()
+        while waiting:
+            for number, end in self.out[waiting.pop()]:
+                if end == join:
+                    ends.add(number)
+                elif end not in seen:
+                    seen.add(end)
+                    waiting.append(end)
+        return ends <= came or bool(ends & came)
 
     def _choose(self, scope: Scope, position: int, kind: str) -> None:
         ways = self.out[position]
         if not ways:
-            self._gone(scope)
+            self._gone(scope, position)
         elif kind in {"exclusive", "unknown"}:
             if position not in self.habits or not self.has_habits:
                 self.habits[position] = self.random.choice(ways)
-            self._go(scope, [self.habits[position]])
+            self._go(scope, position, [self.habits[position]])
         else:
-            self._go(scope, self.random.sample(ways, self.random.randint(1, len(ways))))
+            self._go(scope, position, self.random.sample(ways, self.random.randint(1, len(ways))))
 
     def _join(self, scope: Scope, position: int, flow: int | None) -> None:
         needed = self.into[position]
@@ -320,9 +366,12 @@ class Simulation:
             for each in needed:
                 here.remove(each)
             scope.tokens -= len(needed) - 1
+            scope.at[position] -= len(needed) - 1
         self._leave(scope, position)
 
-    def _go(self, scope: Scope, ways: list[tuple[int, int]]) -> None:
+    def _go(self, scope: Scope, position: int, ways: list[tuple[int, int]]) -> None:
+        scope.at[position] -= 1
+        scope.at.update(end for _, end in ways)
         scope.tokens += len(ways) - 1
         for number, end in ways:
             self._after(self.step, lambda number=number, end=end: self._enter(scope, end, number))  # type: ignore[misc]
@@ -330,17 +379,20 @@ class Simulation:
     def _leave(self, scope: Scope, position: int) -> None:
         ways = self.out[position]
         if ways:
-            self._go(scope, ways)
+            self._go(scope, position, ways)
         else:
-            self._gone(scope)
+            self._gone(scope, position)
 
-    def _gone(self, scope: Scope) -> None:
+    def _gone(self, scope: Scope, position: int | None = None) -> None:
+        if position is not None:
+            scope.at[position] -= 1
         scope.tokens -= 1
         if scope.tokens <= 0 and scope.open:
             self._finish(scope)
 
     def _fire(self, scope: Scope, position: int, node: FlowNode) -> None:
         self.log.fired[position].append(self.now)
+        self._send(position)
         if node.kind in {"end", "throw"}:
             kinds = {each.kind for each in node.triggers}
             if "signal" in kinds:
@@ -352,9 +404,16 @@ class Simulation:
                 if trigger.kind == "link":
                     targets = [each for each in self.inside[scope.position] if self._catches(each, trigger.link)]
                     if targets:
+                        self._move(scope, position, targets[0])
                         self._after(0, partial(self._enter_link, scope, targets[0]))
                         return
         self._leave(scope, position)
+
+    @staticmethod
+    def _move(scope: Scope, position: int, to: int) -> None:
+        """Move a token without a flow."""
+        scope.at.subtract([position])
+        scope.at.update([to])
 
     def _catches(self, position: int, link: str) -> bool:
         node = self.flow.nodes[position]
@@ -367,6 +426,11 @@ class Simulation:
     def _broadcast(self, position: int) -> None:
         for topic in self.topics[position]:
             self._deliver(topic, Sample(self.now, self.kept_at[position][0]))
+
+    def _send(self, position: int) -> None:
+        """Send a message over each message flow of a node."""
+        for mail in self.sends[position]:
+            self._after(0 if self.log.prompt else self._some_time((position, "mail")), mail.come)
 
     def _outside(self, topic: str) -> None:
         self.log.outside[topic].append(self.now)
@@ -389,16 +453,19 @@ class Simulation:
                 self.samples.subscribe(topic, Subscription(position, alive, do), self.kept_at[position][0])
         elif trigger.kind == "timer" and trigger.timer is not None:
             self._tick(trigger, alive, do, once=not again)
+        elif trigger.kind == "message" and position in self.brought:
+            self.brought[position].wait(alive, do)
         elif trigger.kind in _GIVEN_OUTSIDE:
             self._after(self._some_time((position, trigger.kind)), lambda: do() if alive() else None)
 
-    def _wait(self, scope: Scope, events: Mapping[int, int]) -> None:
-        """Wait for the first of several events."""
+    def _wait(self, scope: Scope, waiting: int, events: Sequence[int]) -> None:
+        """Wait at a node for the first of several events."""
         over = [False]
 
         def ended(position: int) -> None:
             if not over[0] and scope.alive:
                 over[0] = True
+                self._move(scope, waiting, position)
                 self._fire(scope, position, self.flow.nodes[position])
 
         for position in events:
@@ -406,13 +473,29 @@ class Simulation:
             self.log.waited.add(position)
             if not node.triggers:
                 self._after(self._some_time((position, "any")), lambda position=position: ended(position))  # type: ignore[misc]
+            alive, end = lambda: not over[0] and scope.alive, partial(ended, position)
+            if node.all_triggers:
+                self._arm_all(position, alive, end)
+                continue
             for trigger in node.triggers:
-                self._arm(
-                    position,
-                    trigger,
-                    lambda: not over[0] and scope.alive,
-                    lambda position=position: ended(position),  # type: ignore[misc]
-                )
+                self._arm(position, trigger, alive, end)
+
+    def _arm_all(self, position: int, alive: Callable[[], bool], do: Callable[[], None]) -> None:
+        """Call ``do`` when each trigger has happened, and each topic has brought a sample."""
+        node, topics = self.flow.nodes[position], self.topics[position]
+        others = [each for each in node.triggers if each.kind != "signal"]
+        missing: set[object] = {*topics, *range(len(others))}
+
+        def come(what: object) -> None:
+            missing.discard(what)
+            if not missing:
+                do()
+
+        for topic in topics:
+            waiting = Subscription(position, alive, partial(come, topic))
+            self.samples.subscribe(topic, waiting, self.kept_at[position][0])
+        for number, trigger in enumerate(others):
+            self._arm(position, trigger, alive, partial(come, number))
 
     # Activities
 
@@ -463,8 +546,10 @@ class Simulation:
         def caught() -> None:
             if node.interrupting:
                 inner.ended = True
+                scope.at[inner.position] -= 1
             else:
                 scope.tokens += 1
+            scope.at[position] += 1
             self._fire(scope, position, node)
 
         for trigger in node.triggers:

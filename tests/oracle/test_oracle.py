@@ -11,6 +11,7 @@ import pytest
 from tests.behaviour.model_text import model
 from tests.behaviour.test_cases import cases
 from tests.oracle.checks import CHECKED, NEVER, RATES, Oracle, holds, possible_faults
+from tests.oracle.message_models import with_messages
 from tests.oracle.random_models import random_model
 from tests.oracle.record import DOCUMENT, REASONS, RECORDED, document, drawn
 from tests.oracle.wild_models import wild_model
@@ -56,6 +57,20 @@ def test_no_run_of_a_wild_model_contradicts_a_finding():
         oracle = Oracle(model(wild_model(Random(seed))))  # noqa: S311
         claims += len(oracle.claims)
         for number in range(MODEL_RUNS // 3 if oracle.claims else 0):
+            log = oracle.run(number, steps=WILD_STEPS)
+            wrong += [f"model {seed}: {claim}: run {number}" for claim in oracle.claims if holds(claim, log) is False]
+    assert wrong == []
+    assert claims > MODELS
+
+
+@pytest.mark.explored
+def test_no_run_of_a_random_model_with_message_flows_contradicts_a_finding():
+    wrong, claims = [], 0
+    for seed, make in ((seed, make) for seed in range(MODELS) for make in (random_model, wild_model)):
+        random = Random(seed)  # noqa: S311
+        oracle = Oracle(model(with_messages(random, make(random))))
+        claims += len(oracle.claims)
+        for number in range(MODEL_RUNS // 2 if oracle.claims else 0):
             log = oracle.run(number, steps=WILD_STEPS)
             wrong += [f"model {seed}: {claim}: run {number}" for claim in oracle.claims if holds(claim, log) is False]
     assert wrong == []

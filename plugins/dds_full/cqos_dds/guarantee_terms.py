@@ -23,7 +23,7 @@ from cqos_core.packs import (
     subscriber,
     topic,
 )
-from cqos_dds.advice import BOTH_DURABLE, KEPT_BY_SERVICE
+from cqos_dds.advice_rules import BOTH_DURABLE, KEPT_BY_SERVICE
 from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS, publisher_is
 from cqos_dds.kept_policies import (
     DEPTH,

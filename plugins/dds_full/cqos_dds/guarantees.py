@@ -419,10 +419,9 @@ FORGOTTEN: Final = tuple(
 )
 PURGED: Final = gives(
     "latest",
-    define(
-        "taken_before_purge",
-        (requested(AUTOPURGE_NOWRITER) >= requested(TAKEN_EVERY))
-        & (requested(AUTOPURGE_DISPOSED) >= requested(TAKEN_EVERY)),
+    (
+        define("taken_before_nowriter_purge", requested(AUTOPURGE_NOWRITER) >= requested(TAKEN_EVERY))
+        & define("taken_before_disposed_purge", requested(AUTOPURGE_DISPOSED) >= requested(TAKEN_EVERY))
     )
     | NEVER_PURGED,
     doubt=True,

@@ -69,6 +69,10 @@ NO_DESTINATION_ORDER: Final = (*FAST_DDS, "opendds")
 NO_LIVELINESS_KIND: Final = ("rustdds",)
 NO_REPRESENTATION: Final = ("fastdds_2_9", "rustdds")
 
+# What announces types in full by default. Those beside Cyclone DDS look at the names of types as well.
+LOOK_AT_NAMES: Final = ("fastdds_3_1", "fastdds_3_6", "opendds")
+ANNOUNCE_TYPES: Final = (*CYCLONE_DDS, *LOOK_AT_NAMES)
+
 
 def _listed(names: Iterable[str]) -> str:
     """Return implementations as part of a name, all versions of one in one word."""

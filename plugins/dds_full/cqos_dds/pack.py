@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import NEEDS, CommonMistake, Convention, Function, Implementations, RulePack, Timing, TopicMatching
 from cqos_dds import partitions
-from cqos_dds.advice import ADVICE
+from cqos_dds.advice_rules import ADVICE
 from cqos_dds.costs import COSTS
-from cqos_dds.departures import DEPARTURES
 from cqos_dds.dialects import DIALECTS
 from cqos_dds.evidence import PROOFS
 from cqos_dds.guarantees import GUARANTEES, UNAFFECTED
+from cqos_dds.implementation_rules import DEPARTURES
 from cqos_dds.importers.codes import CODES
 from cqos_dds.panel import PANEL
 from cqos_dds.policies import POLICIES

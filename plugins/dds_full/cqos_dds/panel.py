@@ -154,7 +154,8 @@ PANEL: Final = Panel(
             "disallow_type_coercion": "Only samples of exactly the reader's type are taken.",
             "allow_type_coercion": "Samples of a type that can be read as the reader's own are taken too.",
         },
-        "extensibility": _EXTENSIBILITY,
+        "extensibility": _EXTENSIBILITY
+        | {"of_compiler": "The IDL says nothing, and the compiler of each implementation decides."},
         "type_extensibility": _EXTENSIBILITY,
         "implementation": {"standard": "Judged by the texts of the standard alone."},
         "topic_kind": {"no_key": "The data type has no key.", "with_key": "The data type has a key."},

@@ -223,12 +223,13 @@ DOMAIN: Final = Policy(
 )
 EXTENSIBILITY: Final = Policy(
     "extensibility",
-    Choice("final", "appendable", "mutable", ordered=False),
+    Choice("final", "appendable", "mutable", "of_compiler", ordered=False),
     None,
-    "How data types may grow, where an implementation chooses the encoding by it.",
-    "DDS-XTypes 1.3, 7.2.3",
+    "How data types may grow, as their IDL states. `of_compiler`: it states nothing, and the compiler of the implementation decides: "
+    "final for Cyclone DDS, appendable for the others.",
+    "DDS-XTypes 1.3, 7.2.3; idlc of Cyclone DDS, -x; opendds_idl, --default-extensibility",
     level="option",
-    assume=("final", "appendable", "mutable"),
+    assume=("final", "appendable", "mutable", "of_compiler"),
 )
 SERVICE_RUNS: Final = Policy(
     "durability_service_runs",

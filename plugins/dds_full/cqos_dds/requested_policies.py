@@ -14,7 +14,7 @@ from cqos_core.packs import (
     Text,
     by_option,
 )
-from cqos_dds.implementations import CYCLONE_DDS, FAST_DDS
+from cqos_dds.implementations import ANNOUNCE_TYPES, CYCLONE_DDS, FAST_DDS
 from cqos_dds.kinds import Representations, choice, duration
 
 WRITER: Final = ("publisher",)
@@ -26,7 +26,6 @@ TOPIC_WRITER: Final = ("topic", "writer")
 GROUPS: Final = ("publisher", "subscriber")
 
 # What an implementation does not have at all; the rules state what it has and does not compare.
-NOT_IN_FAST_DDS: Final = {"implementation": dict.fromkeys(FAST_DDS, "no")}
 # Neither the reader history of Cyclone DDS 0.10 nor RustDDS looks at the filter.
 NO_FILTER: Final = {"implementation": dict.fromkeys((*FAST_DDS, "cyclonedds_0_10", "rustdds"), "no")}
 NOT_IN_RUSTDDS: Final = {"implementation": {"rustdds": "no"}}
@@ -196,7 +195,7 @@ DATA_REPRESENTATION: Final = Policy(
             **dict.fromkeys(
                 CYCLONE_DDS,
                 PerRole(
-                    publisher=by_option("extensibility", final="[xcdr1]", appendable="[xcdr2]", mutable="[xcdr2]"),
+                    publisher=by_option("extensibility", otherwise="[xcdr1]", appendable="[xcdr2]", mutable="[xcdr2]"),
                     subscriber="[xcdr1, xcdr2]",
                 ),
             ),
@@ -236,9 +235,9 @@ TYPE_INFORMATION: Final = Policy(
     Flag(),
     "default",
     "Whether an endpoint announces its data type in full, so that types are compared by their members rather than by "
-    "their names. Cyclone DDS does so by default.",
+    "their names. Cyclone DDS, OpenDDS and Fast DDS 3 do so by default.",
     "DDS-XTypes 1.3, 7.6.3.2",
-    words={"default": by_option("implementation", **dict.fromkeys(CYCLONE_DDS, "true"), otherwise="false")},
+    words={"default": by_option("implementation", **dict.fromkeys(ANNOUNCE_TYPES, "true"), otherwise="false")},
 )
 TYPE_EXTENSIBILITY: Final = Policy(
     "type_extensibility",

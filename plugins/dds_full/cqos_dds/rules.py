@@ -5,7 +5,7 @@ policy is that of the endpoint itself. `requires` reports if its condition is fa
 `matched_if` condition is false, two endpoints of one topic do not match. Values have the order of the standard, so `>=` is "at least
 as strong as". `both_are(...)` is about implementations that do not compare a policy: no end refuses only if both are such.
 
-`departures` has the differences of implementations from the standard, `advice` connections that may surprise.
+`implementation_rules` has the differences of implementations from the standard, `advice_rules` connections that may surprise.
 """
 
 from __future__ import annotations
@@ -29,19 +29,23 @@ from cqos_core.packs import (
     publisher,
     requested,
     requires,
+    stated,
     subscriber,
     topic,
 )
 from cqos_dds.extension_policies import COMPRESSION, DISABLE_POSITIVE_ACKS, EXTENSIONS, TOPIC_KIND
 from cqos_dds.implementations import (
+    CYCLONE_DDS,
     FAST_DDS,
     IMPLEMENTATION,
+    LOOK_AT_NAMES,
     NO_DESTINATION_ORDER,
     NO_LATENCY_BUDGET,
     NO_LIVELINESS_KIND,
     NO_PRESENTATION,
     NO_REPRESENTATION,
     both_are,
+    either_is,
     is_on,
     publisher_is,
     subscriber_is,
@@ -355,11 +359,34 @@ BY_NAME_IN_XCDR1: Final = define(
 )
 
 
-def extensibility_fits(offers: Term, requests: Term, name: str) -> Condition:
-    """Say that the extensibility of a type is the same at both ends, or that neither end notices."""
-    none_mutable = define(f"{name}_not_mutable", (offers != "mutable") & (requests != "mutable"))
-    return (offers == requests) | (BY_NAME_IN_XCDR1 & none_mutable)
+def is_final(extensibility: Term, implementation: Term) -> Condition:
+    """Say that types of a participant are final: so stated, or by the compiler of Cyclone DDS, which departs from the standard."""
+    by_compiler = (extensibility == "of_compiler") & in_(implementation, *CYCLONE_DDS)
+    return (extensibility == "final") | by_compiler
 
+
+PUBLISHER_FINAL: Final = define(
+    "types_of_publisher_are_final", is_final(publisher(EXTENSIBILITY), publisher(IMPLEMENTATION))
+)
+SUBSCRIBER_FINAL: Final = define(
+    "types_of_subscriber_are_final", is_final(subscriber(EXTENSIBILITY), subscriber(IMPLEMENTATION))
+)
+TYPES_FIT: Final = define(
+    "types_of_participants_fit",
+    ((publisher(EXTENSIBILITY) == "mutable") & (subscriber(EXTENSIBILITY) == "mutable"))
+    | (
+        (publisher(EXTENSIBILITY) != "mutable")
+        & (subscriber(EXTENSIBILITY) != "mutable")
+        & ((PUBLISHER_FINAL & SUBSCRIBER_FINAL) | (~PUBLISHER_FINAL & ~SUBSCRIBER_FINAL) | BY_NAME_IN_XCDR1)
+    ),
+)
+STATED_PER_TYPE: Final = define(
+    "extensibility_stated_per_type", stated(offered(TYPE_EXTENSIBILITY)) & stated(requested(TYPE_EXTENSIBILITY))
+)
+NAMES_DECIDE: Final = define(
+    "names_of_types_decide",
+    ~(offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION)) | either_is(*LOOK_AT_NAMES),
+)
 
 MEETING: Final = (
     matched_if(
@@ -370,7 +397,7 @@ MEETING: Final = (
         clause="DDS 1.4, 2.2.2.2.1",
     ),
     matched_if(
-        (offered(TYPE) == requested(TYPE)) | (offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION)),
+        (offered(TYPE) == requested(TYPE)) | ~NAMES_DECIDE,
         code="DDS402",
         name="type-mismatch",
         because="endpoints of one topic with different data types never exchange a sample",
@@ -379,7 +406,14 @@ MEETING: Final = (
         always=True,
     ),
     matched_if(
-        extensibility_fits(offered(TYPE_EXTENSIBILITY), requested(TYPE_EXTENSIBILITY), "types"),
+        (offered(TYPE_EXTENSIBILITY) == requested(TYPE_EXTENSIBILITY))
+        | (
+            BY_NAME_IN_XCDR1
+            & define(
+                "types_not_mutable",
+                (offered(TYPE_EXTENSIBILITY) != "mutable") & (requested(TYPE_EXTENSIBILITY) != "mutable"),
+            )
+        ),
         code="DDS407",
         name="extensibility-mismatch",
         because="a final, an appendable and a mutable type are not assignable to each other, and XCDR2 encodes each of them otherwise",
@@ -389,14 +423,15 @@ MEETING: Final = (
         help="give the type the same extensibility at both ends",
     ),
     matched_if(
-        extensibility_fits(publisher(EXTENSIBILITY), subscriber(EXTENSIBILITY), "types_of_participants"),
+        TYPES_FIT | STATED_PER_TYPE,
         code="DDS408",
         name="extensibility-of-participants-differs",
         because="a final, an appendable and a mutable type are not assignable to each other, and XCDR2 encodes each of them otherwise",
         clause="DDS-XTypes 1.3, 7.2.4.4.8 and 7.4.3",
         severity="error",
         always=True,
-        help="set the option `extensibility` to the same for both participants",
+        help="give the types the same extensibility in the IDL of both participants, and state it as the option `extensibility`; "
+        "`of_compiler` if the IDL has no annotation",
     ),
     matched_if(
         offered(TOPIC_KIND) == requested(TOPIC_KIND),

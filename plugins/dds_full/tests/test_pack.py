@@ -142,6 +142,7 @@ def test_what_the_types_decide_is_left_open_by_name():
         "dds.extensibility=final": "compatible",
         "dds.extensibility=appendable": "incompatible",
         "dds.extensibility=mutable": "incompatible",
+        "dds.extensibility=of_compiler": "compatible",
     }
 
 

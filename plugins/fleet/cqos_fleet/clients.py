@@ -2,7 +2,7 @@
 
 This needs what a pack says by `cqos_core.packs.Folding`. A participant is known by its topics, each with the texts of its endpoints and
 with what the pack reads of the name; topics that differ in nothing else are one. The rest of a system shows in other stages: who has
-the same id here, what a subscriber hears in `cqos_fleet.filter_matches`, and who meets whom in `cqos_fleet.meetings`.
+the same id here, what a subscriber hears in `cqos_fleet.filter_matches`, and who meets whom in `cqos_fleet.topic_judge`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, System
 from cqos_core.resolving.profiles import conventional
 from cqos_core.resolving.resolver import Resolver
 from cqos_fleet.engines import DOT
-from cqos_fleet.numbered import Numbered
 from cqos_fleet.profiles import SEVERITIES, endpoint_of, remarked, setting_name, settings_of, stated_twice
+from cqos_fleet.value_numbers import Numbered
 from cqos_fleet.writers import pattern_of
 
 if TYPE_CHECKING:

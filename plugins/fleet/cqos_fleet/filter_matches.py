@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.grouping import grouped
-from cqos_fleet.numbered import Numbered
+from cqos_fleet.value_numbers import Numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -76,7 +76,7 @@ class FilterMatches:
         Args:
             subscribers: in order of the owner: system, topic, number of the end, owner, own, far, and the publishers of the topic.
             out: has the columns of `NEAR`.
-            far: has the columns of `cqos_fleet.far_ends.FAR`, for all others.
+            far: has the columns of `cqos_fleet.filter_subscribers.FAR`, for all others.
         """
         for _, of_owner in groupby(subscribers, itemgetter(3)):
             rows = [*of_owner]

@@ -15,12 +15,12 @@ import narwhals as nw
 from cqos_fleet.audit import Audited, telling
 from cqos_fleet.clients import ENDS, Alike, Clients, folded_columns
 from cqos_fleet.engines import DOT
-from cqos_fleet.far_ends import FAR, FarEnds
 from cqos_fleet.filter_matches import HEARD, NEAR, FilterMatches
-from cqos_fleet.meetings import ALONE, Meetings, remarks_of, write_finding
+from cqos_fleet.filter_subscribers import FAR, FarEnds
 from cqos_fleet.profiles import settings_of
 from cqos_fleet.similar_names import NAMED
 from cqos_fleet.topic_frames import FINDING
+from cqos_fleet.topic_judge import ALONE, Meetings, remarks_of, write_finding
 from cqos_fleet.unmatched import write_unmatched
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, ProfileRef, System
 from cqos_core.resolving.resolver import Resolver
 from cqos_fleet.engines import DOT
-from cqos_fleet.numbered import Numbered
+from cqos_fleet.value_numbers import Numbered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

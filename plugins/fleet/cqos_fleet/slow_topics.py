@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.model.caches import keep
 from cqos_core.model.grouping import grouped
-from cqos_fleet.stand_ins import StandIns
+from cqos_fleet.representatives import StandIns
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

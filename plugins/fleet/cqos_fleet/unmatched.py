@@ -10,9 +10,9 @@ import narwhals as nw
 from cqos_core.model.codes import CODES
 from cqos_core.model.grouping import grouped
 from cqos_fleet.filter_matches import by_topic
-from cqos_fleet.meetings import write_finding
+from cqos_fleet.representatives import StandIns
 from cqos_fleet.similar_names import BUSY, OFFERED, REQUESTED, keep_similar
-from cqos_fleet.stand_ins import StandIns
+from cqos_fleet.topic_judge import write_finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -35,7 +35,7 @@ def write_unmatched(
     Args:
         clients: the ends.
         hearing: the far topics.
-        alone: see `cqos_fleet.meetings.ALONE`.
+        alone: see `cqos_fleet.topic_judge.ALONE`.
         names: the topics, and what is on them.
         store: keeps what is in between.
         out: has the columns of findings.

@@ -18,8 +18,8 @@ from cqos_core.model.garbage_collection import gc_paused
 from cqos_core.model.problems import CqosError
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Participant, System
-from cqos_fleet.numbered import Numbered
 from cqos_fleet.profiles import SEVERITIES, endpoint_of, settings_of, stated_twice
+from cqos_fleet.value_numbers import Numbered
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -28,7 +28,7 @@ WITHOUT_FORM = {
     "ros2": {"ROS319", "ROS320", "ROS321", "ROS411"},
     "dds": {
         *("DDS112", "DDS114", "DDS225", "DDS311", "DDS321", "DDS326", "DDS327", "DDS343", "DDS344", "DDS345", "DDS355"),
-        *("DDS403", "DDS404"),
+        *("DDS403", "DDS404", "DDS407", "DDS408"),
     },
     "mqtt": {"MQTT621"},
 }

@@ -15,11 +15,11 @@ from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.grouping import grouped
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_planning.checked import CheckedSystem, checked
+from cqos_planning.checked_system import CheckedSystem, checked
 from cqos_planning.constraints import Constraint, Goals, ends_of
 from cqos_planning.model import PINNED, GoalPart, Refusals, RepairModel, build, pin_of
+from cqos_planning.plan_cost import priced
 from cqos_planning.solver import conflict, solve
-from cqos_planning.spending import priced
 from cqos_planning.wording import ConflictWords, change_text, reason_of
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.system import SUBSCRIBER
-from cqos_planning.checked import checked
+from cqos_planning.checked_system import checked
 from cqos_planning.constraints import Goals
 from cqos_planning.search import Search, accepted_of, quietest
 

@@ -16,7 +16,7 @@ from cqos_ros2.guarantees import GUARANTEES, UNAFFECTED
 from cqos_ros2.panel import PANEL
 from cqos_ros2.policies import POLICIES
 from cqos_ros2.presets import PRESETS
-from cqos_ros2.raw import RAW_POLICIES, RAW_RULES
+from cqos_ros2.rmw_check import RAW_POLICIES, RAW_RULES
 from cqos_ros2.rules import RULES
 from cqos_ros2.wire import WIRE
 

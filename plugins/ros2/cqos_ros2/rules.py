@@ -308,7 +308,8 @@ NAMES: Final = (
         code="ROS410",
         name="own-bridge",
         because="a bridge does not take back what it publishes itself",
-        clause="zenoh-plugin-ros2dds, qos_helpers.rs; domain_bridge, ignore_local_publications",
+        clause="zenoh-plugin-ros2dds, qos_helpers.rs; domain_bridge and ros_gz_bridge, ignore_local_publications; ros1_bridge, factory",
+        severity="note",  # it is so on purpose; an end without a partner has a finding of its own
     ),
     matched_if(
         overlaps(offered(PARTITION), requested(PARTITION)) | (offered(PARTITION) == requested(PARTITION)),

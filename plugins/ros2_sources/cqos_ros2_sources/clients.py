@@ -11,14 +11,14 @@ from cqos_core.files.folder_walk import SkippedFolder, shortened, walk
 from cqos_core.files.ignore_patterns import GENERATED_FOLDERS
 from cqos_core.model.settings import Place, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, endpoint_id, numbered
-from cqos_ros2_sources.calling import invoke
-from cqos_ros2_sources.exploring import Exploration, Explored
+from cqos_ros2_sources.calls import invoke
 from cqos_ros2_sources.frames import Frame
+from cqos_ros2_sources.package_walk import Exploration, Explored
 from cqos_ros2_sources.packages import Package, read_cpp, read_python
 from cqos_ros2_sources.program import Program
+from cqos_ros2_sources.statements import run
 from cqos_ros2_sources.unreached import made_alone, missed
 from cqos_ros2_sources.values import Code, NodeRecord
-from cqos_ros2_sources.walking import run
 from cqos_ros2_workspace.launch.values import Unknown
 from cqos_ros2_workspace.launch.workspace import Workspace
 

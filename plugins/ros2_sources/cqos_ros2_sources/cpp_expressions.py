@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 DEEPEST: Final = 120
 """How deep syntax may be nested; deeper parts are not followed."""
 _MOST_MACROS: Final = 4
-_MAKERS: Final = frozenset(("make_shared", "make_unique", "allocate_shared"))
+_MAKERS: Final = frozenset(("make_shared", "make_unique", "allocate_shared", "make_optional", "make_any"))
+_IN_PLACE: Final = frozenset(("emplace_back", "emplace_front", "emplace"))
+"""Methods that make an object of the class that stands between their brackets."""
 _CASTS: Final = frozenset(
     (
         "static_cast",
@@ -241,6 +243,8 @@ def _call(node: Node, file: CppFile) -> Expression:
     if last in _MAKERS and types:
         made = arguments[1:] if last == "allocate_shared" else arguments
         return Call(Name(types[0]), made, (), (), place)
+    if last == "optional" and types and Name("std::in_place") in arguments[:1]:
+        return Call(Name(types[0]), arguments[1:], (), (), place)
     if last == "make_shared" and "::" in name_text:
         return Call(Name(name_text.rpartition("::")[0]), arguments, (), (), place)
     if last in _CASTS and len(arguments) == 1:
@@ -258,7 +262,7 @@ def _method(
     of = expression(function.child_by_field_name("argument"), file)
     name = function.child_by_field_name("field")
     last = plain_name(name) if name is not None else ""
-    if last == "emplace_back" and types:
+    if last in _IN_PLACE and types:
         return Call(Name(types[0]), arguments, (), (), place)
     return Call(Attribute(of, last), arguments, (), types, place)
 

@@ -14,6 +14,7 @@ from cqos_ros2_sources.cpp_expressions import (
     is_pointer,
     text_of,
 )
+from cqos_ros2_sources.other_writers import CHANGING
 from cqos_ros2_sources.program import (
     CASE,
     POINTS,
@@ -35,8 +36,7 @@ from cqos_ros2_sources.program import (
     Try,
     call_name,
 )
-from cqos_ros2_sources.searching import calls_in, inside
-from cqos_ros2_sources.setters import CHANGING
+from cqos_ros2_sources.statement_search import calls_in, inside
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_ros2_sources.creating import default_of
+from cqos_ros2_sources.endpoint_calls import default_of
 from cqos_ros2_sources.values import MISSING, Duration, Either, Overriding, Qos, Template, flipped
 from cqos_ros2_workspace.launch.values import Unknown
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_sources.exploring import Explored
+    from cqos_ros2_sources.package_walk import Explored
     from cqos_ros2_sources.packages import Package
     from cqos_ros2_sources.values import Made, NodeRecord, Tests
 

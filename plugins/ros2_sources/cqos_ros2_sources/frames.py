@@ -247,7 +247,7 @@ class Walk:
 
     def _begin(self, owner: Instance, name: str, known: Any) -> Any:
         """Return the value that its class gives a member, which a branch made to be ``known``; the mark for none where it gives none."""
-        from cqos_ros2_sources.evaluating import initial_value
+        from cqos_ros2_sources.expressions import initial_value
 
         if owner.declared.get(name) is not None:
             return owner.declared[name]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cqos_ros2_sources.copying import copied
-from cqos_ros2_sources.evaluating import assign, evaluate, made_once
+from cqos_ros2_sources.cpp_copies import copied
+from cqos_ros2_sources.expressions import assign, evaluate, made_once
 from cqos_ros2_sources.frames import lineage
 from cqos_ros2_sources.profiles import is_profile, undecided
 from cqos_ros2_sources.program import Attribute, Name
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_sources.creating import Given
+    from cqos_ros2_sources.endpoint_calls import Given
     from cqos_ros2_sources.frames import Frame, Walk
     from cqos_ros2_sources.program import Class, Expression, Function, Variable
 

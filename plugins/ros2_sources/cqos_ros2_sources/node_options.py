@@ -12,12 +12,12 @@ import yaml
 
 from cqos_ros2_sources.names import last_part
 from cqos_ros2_sources.program import Assign, Attribute, Call, Name, call_name
-from cqos_ros2_sources.searching import calls_in, inside, mentions
+from cqos_ros2_sources.statement_search import calls_in, inside, mentions
 from cqos_ros2_sources.values import MISSING, PLAIN, Instance, Template
 from cqos_ros2_workspace.launch.values import Unknown
 
 if TYPE_CHECKING:
-    from cqos_ros2_sources.creating import Given
+    from cqos_ros2_sources.endpoint_calls import Given
     from cqos_ros2_sources.program import Expression, Function
     from cqos_ros2_sources.table import Row
     from cqos_ros2_sources.values import NodeRecord

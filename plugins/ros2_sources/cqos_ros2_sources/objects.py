@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_ros2_sources.connecting import state
-from cqos_ros2_sources.copying import copied
-from cqos_ros2_sources.creating import Given
-from cqos_ros2_sources.evaluating import evaluate
+from cqos_ros2_sources.call_effects import note_nodes, open_to, unread_bases
+from cqos_ros2_sources.client_rows import state
+from cqos_ros2_sources.cpp_copies import copied
+from cqos_ros2_sources.endpoint_calls import Given
+from cqos_ros2_sources.expressions import evaluate
 from cqos_ros2_sources.frames import DEEPEST_CALL, Frame, bases_of, lineage
 from cqos_ros2_sources.functions import arity, bind, hand_back, method_of, split_types
-from cqos_ros2_sources.handing import note_nodes, open_to, unread_bases
 from cqos_ros2_sources.names import last_part, without_arguments
 from cqos_ros2_sources.node_options import place
 from cqos_ros2_sources.profiles import forget
 from cqos_ros2_sources.program import Call, Literal, Name
+from cqos_ros2_sources.statements import run_body
 from cqos_ros2_sources.values import MISSING, Instance, NodeRecord
-from cqos_ros2_sources.walking import run_body
 from cqos_ros2_workspace.launch.values import Unknown
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def _hand_to_base(cls: Class, this: Instance, given: Given, walk: Walk) -> None:
 
 def inherited(name: str, given: Given, walk: Walk) -> Any:
     """Walk ``super().name(…)`` of Python; of a library class, what the tables do not have makes nothing."""
-    from cqos_ros2_sources.calling import invoke, on_library
+    from cqos_ros2_sources.calls import invoke, on_library
 
     this, owner = walk.frame.this, walk.frame.function.owner
     cls = next((each for each in lineage(this.cls, walk) if each.name == owner), None) if this is not None else None

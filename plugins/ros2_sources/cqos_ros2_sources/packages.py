@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 MOST_FILES: Final = 2_000
 """How many sources of one package are read."""
 MOST_DEPENDENCIES: Final = 12
+_SOURCES: Final = (".cpp", ".hpp", ".h", ".cc", ".hh", ".cxx", ".hxx", ".py")
+_IMPORTS: Final = re.compile(rb"""^[ \t]*(?:#[ \t]*include[ \t]*[<"](\w+)/|(?:from|import)[ \t]+(\w+))""", re.MULTILINE)
+"""What a source includes or imports, by the package that it is in."""
 _EXPORTS: Final = re.compile(
     rb"\b(?![A-Z_]*TRANSIENT_LOCAL\b)[A-Z][A-Z0-9_]*_(?:EXPORT|PUBLIC|LOCAL|API)\b(?=\s+(?:[A-Za-z_~]|::))"
 )
@@ -135,12 +138,17 @@ def _program(name: str, language: str, table: Table, workspace: Workspace, parse
 
 
 def dependencies(name: str, workspace: Workspace) -> list[str]:
-    """Return the packages of the workspace that a package depends on, near ones first."""
+    """Return the packages of the workspace that a package depends on, near ones first.
+
+    Those that its sources include or import count, even where its package.xml does not list them: a build may find them.
+    """
     found: list[str] = []
     waiting = [name]
     while waiting and len(found) < MOST_DEPENDENCIES:
-        data = workspace.read(posixpath.join(workspace.packages[waiting.pop(0)], "package.xml"), None)
-        for each in _DEPENDS.findall(data) if isinstance(data, bytes) else ():
+        package = waiting.pop(0)
+        data = workspace.read(posixpath.join(workspace.packages[package], "package.xml"), None)
+        listed = _DEPENDS.findall(data) if isinstance(data, bytes) else []
+        for each in (*listed, *_imported(package, workspace)):
             other = each.decode("ascii", "replace")
             if (
                 other in workspace.packages
@@ -151,6 +159,15 @@ def dependencies(name: str, workspace: Workspace) -> list[str]:
                 found.append(other)
                 waiting.append(other)
     return found[:MOST_DEPENDENCIES]
+
+
+def _imported(name: str, workspace: Workspace) -> list[bytes]:
+    """Return the first parts of what sources of a package include or import."""
+    found: dict[tuple[bytes, bytes], None] = {}
+    for path in [each for each in files(name, workspace) if each.endswith(_SOURCES)][:MOST_FILES]:
+        data = workspace.read(path, None)
+        found.update(dict.fromkeys(_IMPORTS.findall(data)) if isinstance(data, bytes) else {})
+    return [each[0] or each[1] for each in found]
 
 
 def read_python(

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import yaml
 
-from cqos_ros2_sources.creating import OWN_WORDS, declare
+from cqos_ros2_sources.endpoint_calls import OWN_WORDS, declare
 from cqos_ros2_sources.names import last_part
 from cqos_ros2_sources.values import MISSING, Instance, NodeRecord, Template
 from cqos_ros2_workspace.launch.values import Unknown
 
 if TYPE_CHECKING:
-    from cqos_ros2_sources.creating import Given
+    from cqos_ros2_sources.endpoint_calls import Given
     from cqos_ros2_sources.frames import Walk
     from cqos_ros2_workspace.launch.workspace import Workspace
 

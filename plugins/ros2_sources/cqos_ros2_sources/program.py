@@ -1,4 +1,4 @@
-"""A program as far as creating calls need it: one form for C++ and Python, made by their readers and walked by `walking`."""
+"""A program as far as creating calls need it: one form for C++ and Python, made by their readers and walked by `statements`."""
 
 from __future__ import annotations
 
@@ -369,7 +369,7 @@ class Program:
         names_set: names that functions set, by the identity of the function.
         qualities: constants that are qualities of service, with their files; None before something asked for them.
         changing: functions that may change a constant, by its name and file.
-        parts: what stands in functions of Python, by the identity of the function, for `aliasing`.
+        parts: what stands in functions of Python, by the identity of the function, for `python_aliases`.
         holding: whether members of classes have a quality of service, by the identity of the class and their names.
     """
 
@@ -485,7 +485,7 @@ class Program:
 
     def assigned(self, name: str) -> bool:
         """Whether a function of C++ assigns a plain name without declaring it: a global that changes, perhaps."""
-        from cqos_ros2_sources.searching import assignments
+        from cqos_ros2_sources.statement_search import assignments
 
         if name not in self._assigned:
             functions = (each for found in self.functions.values() for each in found) if self.language == "cpp" else ()

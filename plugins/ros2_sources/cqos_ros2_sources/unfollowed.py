@@ -12,15 +12,15 @@ from cqos_ros2_sources.frames import lineage
 from cqos_ros2_sources.functions import takes
 from cqos_ros2_sources.names import fits, last_part
 from cqos_ros2_sources.program import THIS, Assign, Attribute, Name, call_name
-from cqos_ros2_sources.searching import calls_in, expressions_in, inside
+from cqos_ros2_sources.statement_search import calls_in, expressions_in, inside
 from cqos_ros2_sources.unreached import NOT_FOLLOWED, creating_calls, is_of, what_creates
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_sources.exploring import Exploration
     from cqos_ros2_sources.frames import Walk
+    from cqos_ros2_sources.package_walk import Exploration
     from cqos_ros2_sources.program import Call, Function
     from cqos_ros2_sources.values import NodeRecord
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import posixpath
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_ros2_sources.calling import invoke
-from cqos_ros2_sources.creating import PLUGIN, Given
+from cqos_ros2_sources.calls import invoke
+from cqos_ros2_sources.endpoint_calls import PLUGIN, Given
 from cqos_ros2_sources.frames import Condition, Walk, lineage
 from cqos_ros2_sources.names import fits, inner_type, last_part, without_arguments
 from cqos_ros2_sources.node_options import CLASS
 from cqos_ros2_sources.objects import NO_CONSTRUCTOR, construct, library_base
 from cqos_ros2_sources.program import Attribute, Call, Name, call_name
-from cqos_ros2_sources.searching import calls_in
+from cqos_ros2_sources.statement_search import calls_in
 from cqos_ros2_sources.values import Instance, NodeRecord, Template
 from cqos_ros2_workspace.launch.values import Unknown
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_sources.exploring import Exploration
+    from cqos_ros2_sources.package_walk import Exploration
     from cqos_ros2_sources.program import Class, Function, Program
     from cqos_ros2_sources.table import Row, Table
 

@@ -187,6 +187,7 @@ class Code:
         names: what names stand for where it was written.
         own: what names stand for that it holds itself.
         given, named: arguments that it is called with, before those of the call; a word such as ``_1`` of C++ is one of the call.
+        library: the method of a library class that it stands for, called on ``this``; empty for a function of the program.
     """
 
     function: Function
@@ -195,6 +196,7 @@ class Code:
     own: dict[str, Any] = field(default_factory=dict)
     given: tuple[Any, ...] = ()
     named: dict[str, Any] = field(default_factory=dict)
+    library: str = ""
 
 
 @dataclass(frozen=True, slots=True)

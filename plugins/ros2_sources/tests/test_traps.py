@@ -83,6 +83,96 @@ def test_camera_info_stands_beside_the_image(cpp):
     assert set(found["publishes"]) == {"left/image_raw", "left/camera_info"}
 
 
+PART = f"struct Part {{ Part(rclcpp::Node * node, const std::string & t) {{ node->{PUB}(t, 1); }} }};"
+
+
+@pytest.mark.parametrize(
+    ("body", "members", "names"),
+    [
+        ('all_.emplace_back(this, "a"); all_.emplace_back(this, "b");', "std::vector<Part> all_;", {"a", "b"}),
+        ('this->all_.emplace_front(this, "a");', "std::deque<Part> all_;", {"a"}),
+        ('std::list<Part> all; all.emplace_back(this, "a");', "", {"a"}),
+        ('all_.emplace_back(Part(this, "a"));', "std::vector<Part> all_;", {"a"}),
+        ('one_.emplace(this, "a");', "std::optional<Part> one_;", {"a"}),
+        ('one_ = std::make_optional<Part>(this, "a");', "std::optional<Part> one_;", {"a"}),
+        ('one_ = std::optional<Part>(std::in_place, this, "a");', "std::optional<Part> one_;", {"a"}),
+        ('all_.emplace("k", Part(this, "a"));', "std::map<std::string, Part> all_;", {"a"}),
+        ('all_.try_emplace("k", this, "a");', "std::map<std::string, Part> all_;", {"a"}),
+        ('one_.emplace<Part>(this, "a");', "std::variant<int, Part> one_;", {"a"}),
+        ('all_.emplace(all_.begin(), this, "a");', "std::vector<Part> all_;", {"a"}),
+        (
+            'all_.emplace(std::piecewise_construct, std::forward_as_tuple("k"), std::forward_as_tuple(this, "a"));',
+            "std::map<std::string, Part> all_;",
+            {"a"},
+        ),
+        ('all_.emplace_back(this, "a");', "using Parts = std::vector<Part>; Parts all_;", {"a"}),
+        ('for (auto t : {"a", "b"}) { all_.emplace_back(this, t); }', "std::vector<Part> all_;", {"a", "b"}),
+    ],
+)
+def test_objects_that_a_container_makes_in_place(cpp, body, members, names):
+    found = cpp(f'Part first(this, "first"); {body}', members, PART)
+    assert set(known(found)) == names | {"first"}
+    assert "unread" not in found
+
+
+@pytest.mark.parametrize(
+    ("body", "members"),
+    [
+        ('all_.push_back({this, "a"});', "std::vector<Part> all_;"),
+        ('all_ = {{this, "a"}};', "std::vector<Part> all_;"),
+        ('one_ = {this, "a"};', "std::optional<Part> one_;"),
+        ('all_.insert({"k", {this, "a"}});', "std::map<std::string, Part> all_;"),
+        ('auto make = [this]() -> Part { return {this, "a"}; }; make();', ""),
+        ('all_.insert(all_.begin(), {this, "a"});', "std::vector<Part> all_;"),
+        ('all_["k"].emplace_back(this, "a");', "std::map<std::string, std::vector<Part>> all_;"),
+        ('auto & all = all_; all.emplace_back(this, "a");', "std::vector<Part> all_;"),
+    ],
+)  # fmt: skip
+def test_objects_that_a_container_may_make_are_unread(cpp, body, members):
+    found = cpp(f'Part first(this, "first"); {body}', members, PART)
+    assert "a" in known(found) or [each["what"] for each in found["unread"]] == ["what `Part` in driver.cpp creates"]
+
+
+MORE = "    def more(self, t):\n        self.create_publisher(String, t, 1)\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "methods"),
+    [
+        ("make = self.create_publisher\nmake(String, 'a', 1)", ""),
+        ("make = self.more\nmake('a')", MORE),
+        ("make = functools.partial(self.create_publisher, String, qos_profile=1)\nmake('a')", ""),
+        ("functools.partial(self.more, 'a')()", MORE),
+        ("getattr(self, 'create_publisher')(String, 'a', 1)", ""),
+        ("ways = {'out': self.create_publisher}\nways['out'](String, 'a', 1)", ""),
+        ("ways = {'out': self.more}\nfor each in ways.values():\n    each('a')", MORE),
+        ("ways = [self.create_publisher]\nways[0](String, 'a', 1)", ""),
+        ("self.make = self.create_publisher\nself.make(String, 'a', 1)", ""),
+        ("self.go(self.create_publisher)", "    def go(self, make):\n        make(String, 'a', 1)\n"),
+    ],
+)
+def test_bound_methods_of_python(python, body, methods):
+    found = python(f"self.create_publisher(String, 'first', 1)\n{body}", methods, "import functools")
+    assert set(known(found)) == {"a", "first"}
+    assert found["publishes"]["a"]["qos"] == {"depth": 1}
+    assert "unread" not in found
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "make = getattr(self, 'create_' + kind())\nmake(String, 'a', 1)",
+        "ways = {'out': self.create_publisher}\nways[kind()](String, 'a', 1)",
+        "ways = dict(out=self.create_publisher)\nways['out'](String, 'a', 1)",
+        "library(self.create_publisher)",
+    ],
+)
+def test_bound_methods_that_are_not_followed_are_unread(python, body):
+    found = python(f"self.create_publisher(String, 'first', 1)\n{body}")
+    assert len(found["unread"]) == 1
+    assert set(known(found)) == {"first"}
+
+
 def test_callers_in_tests_do_not_count(learned, parser):
     """T19: their arguments are not those of the robot."""
     part = f"struct Part {{ Part(rclcpp::Node * node, const std::string & t) {{ node->{PUB}(t, 1); }} }};"
@@ -119,7 +209,7 @@ def test_other_names_of_types(cpp):
 
 def test_parameters_of_other_packages_do_not_count(tmp_path, parser):
     """T20, T21: a base class of another package counts, a parameter of one does not."""
-    from cqos_ros2_sources.learning import learn
+    from cqos_ros2_sources.node_file_maker import learn
     from cqos_ros2_workspace.launch.workspace import find_packages
 
     files = {

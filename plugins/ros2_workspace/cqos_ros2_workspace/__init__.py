@@ -22,7 +22,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             "cqos_ros2_workspace:claims_workspace",
             "cqos_ros2_workspace.importer:read",
             options=_LAUNCH,
-            folder_suggestions="cqos_ros2_workspace.entrances:find",
+            folder_suggestions="cqos_ros2_workspace.folder_suggestions:find",
         )
     )
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_ros2.names import expand
-from cqos_ros2_workspace.placing import started
+from cqos_ros2_workspace.node_places import started
 
 if TYPE_CHECKING:
-    from cqos_ros2_workspace.joining import Join, JoinedNode
+    from cqos_ros2_workspace.system_join import Join, JoinedNode
 
 
 class Activation(NamedTuple):

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_ros2.names import expand
 from cqos_ros2_workspace.launch.values import Unknown, first_unknown
-from cqos_ros2_workspace.nodes.filling import Inside, as_text
+from cqos_ros2_workspace.nodes.endpoint_templates import Inside, as_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_ros2_workspace.launch.started import Instance, Launched
-    from cqos_ros2_workspace.nodes.filling import FilledNode
-    from cqos_ros2_workspace.placing import Placed
+    from cqos_ros2_workspace.launch.launch_result import Instance, Launched
+    from cqos_ros2_workspace.node_places import Placed
+    from cqos_ros2_workspace.nodes.endpoint_templates import FilledNode
 
 _PACKAGE: Final = "controller_manager"
 _SPAWNERS: Final = frozenset(("spawner", "spawner.py"))

@@ -14,24 +14,24 @@ from cqos_core.model.system import MESSAGE, Part
 from cqos_ros2.importers.workspace_codes import note
 from cqos_ros2.names import expand
 from cqos_ros2_workspace.activation import activation
-from cqos_ros2_workspace.agreeing import OPEN
-from cqos_ros2_workspace.joining import UNKNOWN_POLICY
+from cqos_ros2_workspace.distro_consensus import OPEN
 from cqos_ros2_workspace.launch.findings import findings as launch_findings
-from cqos_ros2_workspace.launch.shown import assumptions, full_name, program
+from cqos_ros2_workspace.launch.launch_output import assumptions, full_name, program
 from cqos_ros2_workspace.middleware import unread_configurations
 from cqos_ros2_workspace.naming import source_of, unmatched
-from cqos_ros2_workspace.nodes.filling import MISSPELT, VERBS
+from cqos_ros2_workspace.node_places import started
+from cqos_ros2_workspace.nodes.endpoint_templates import MISSPELT, VERBS
 from cqos_ros2_workspace.nodes.library import LEARNED
-from cqos_ros2_workspace.nodes.versions import ANOTHER
+from cqos_ros2_workspace.nodes.version_fit import ANOTHER
 from cqos_ros2_workspace.open_ends import open_ends
-from cqos_ros2_workspace.placing import started
+from cqos_ros2_workspace.system_join import UNKNOWN_POLICY
 from cqos_ros2_workspace.unread_nodes import NODE, number_of_nodes, unread_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
     from cqos_core.model.system import ImportNote
-    from cqos_ros2_workspace.joining import Join, JoinedNode
+    from cqos_ros2_workspace.system_join import Join, JoinedNode
 
 _LAUNCH_CODES = {"two-nodes-of-one-name": "ROS970", "section-names-no-node": "ROS971"}
 _NAMED = 5

@@ -11,20 +11,20 @@ from cqos_core.model.settings import Place
 from cqos_core.model.source import OPTIONS, VARIABLES, no_files
 from cqos_core.packs import normalise
 from cqos_ros2_workspace.findings import notes
-from cqos_ros2_workspace.joining import join
 from cqos_ros2_workspace.launch.entry_point import argument, entry_point
-from cqos_ros2_workspace.launch.running import launch
+from cqos_ros2_workspace.launch.launch_evaluation import launch
 from cqos_ros2_workspace.nodes.library import Library
 from cqos_ros2_workspace.spelling import opened, spell
+from cqos_ros2_workspace.system_join import join
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.model.source import Opener, ReadContext, Source
     from cqos_core.model.system import System
-    from cqos_ros2_workspace.joining import Join
-    from cqos_ros2_workspace.launch.started import Launched, Remark
+    from cqos_ros2_workspace.launch.launch_result import Launched, Remark
     from cqos_ros2_workspace.launch.workspace import Workspace
+    from cqos_ros2_workspace.system_join import Join
 
 IMPORTER: Final = "workspace"
 LAUNCH: Final = "launch"

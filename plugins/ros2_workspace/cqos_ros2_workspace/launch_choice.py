@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.finding import plural
 from cqos_core.model.folder_suggestion import FolderSuggestion
-from cqos_ros2_workspace.surroundings import is_test
+from cqos_ros2_workspace.path_context import is_test
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

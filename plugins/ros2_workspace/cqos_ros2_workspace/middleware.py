@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.model.system import ImportNote
-    from cqos_ros2_workspace.joining import Join, JoinedNode
+    from cqos_ros2_workspace.system_join import Join, JoinedNode
 
 
 class _Configured(NamedTuple):

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_workspace.launch.started import Instance
+    from cqos_ros2_workspace.launch.launch_result import Instance
     from cqos_ros2_workspace.launch.values import Text
 
 

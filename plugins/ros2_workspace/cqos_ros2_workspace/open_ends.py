@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.model.system import Endpoint, ImportNote
-    from cqos_ros2_workspace.joining import Join
     from cqos_ros2_workspace.naming import Named
-    from cqos_ros2_workspace.nodes.filling import Filled
+    from cqos_ros2_workspace.nodes.endpoint_templates import Filled
+    from cqos_ros2_workspace.system_join import Join
 
     Found = tuple[Filled, Named, Endpoint]
 

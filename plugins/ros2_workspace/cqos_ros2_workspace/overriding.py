@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.settings import Place
     from cqos_core.model.system import Role
-    from cqos_ros2_workspace.nodes.filling import Filled, Parameter
+    from cqos_ros2_workspace.nodes.endpoint_templates import Filled, Parameter
 
 PREFIX: Final = "qos_overrides."
 _ROLES: Final[dict[str, Role]] = {"publisher": PUBLISHER, "subscription": SUBSCRIBER}

@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.model.settings import Place
+from cqos_ros2_workspace.launch.launch_result import MadeFile, ParameterFile, ParameterValues
 from cqos_ros2_workspace.launch.parameter_files import DEEPEST, EVERY, SECTION, covers, plain, sections, tree_of
-from cqos_ros2_workspace.launch.started import MadeFile, ParameterFile, ParameterValues
 from cqos_ros2_workspace.launch.values import Unknown, first_unknown
-from cqos_ros2_workspace.nodes.filling import Parameter
+from cqos_ros2_workspace.nodes.endpoint_templates import Parameter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.importers.tree import Node
-    from cqos_ros2_workspace.launch.started import Instance, Launched, Parameters
+    from cqos_ros2_workspace.launch.launch_result import Instance, Launched, Parameters
     from cqos_ros2_workspace.launch.workspace import Workspace
 
 _MOST: Final = 20_000

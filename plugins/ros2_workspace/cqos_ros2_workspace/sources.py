@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.model.finding import plural
 from cqos_core.model.folder_suggestion import FolderSuggestion
 from cqos_core.model.problems import MissingError
-from cqos_ros2_workspace.surroundings import MANIFEST, all_below, as_written, content
+from cqos_ros2_workspace.path_context import MANIFEST, all_below, as_written, content
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,18 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import Part, numbered
-from cqos_ros2_workspace.agreeing import OPEN
-from cqos_ros2_workspace.launch.shown import full_name
-from cqos_ros2_workspace.nodes.filling import MISSPELT
-from cqos_ros2_workspace.nodes.versions import ANOTHER
+from cqos_ros2_workspace.distro_consensus import OPEN
+from cqos_ros2_workspace.launch.launch_output import full_name
+from cqos_ros2_workspace.nodes.endpoint_templates import MISSPELT
+from cqos_ros2_workspace.nodes.version_fit import ANOTHER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_ros2_workspace.joining import Join, JoinedNode
-    from cqos_ros2_workspace.launch.started import Instance
+    from cqos_ros2_workspace.launch.launch_result import Instance
+    from cqos_ros2_workspace.system_join import Join, JoinedNode
 
 NODE: Final = "node"
+UNDECIDED: Final = "whether it starts depends on"
+"""How the cause begins of a node that is known, and whose start conditions decide."""
 _BY_DISTRIBUTION: Final = "some of its endpoints depend on the ROS 2 distribution"
 
 
@@ -49,7 +51,7 @@ def _is_unknown(node: JoinedNode) -> bool:
 
 def _condition(instance: Instance) -> str:
     subjects = dict.fromkeys(f"`{guard.subject}`" for guard in instance.guards)
-    return f"whether it starts depends on {' and '.join(subjects)}"
+    return f"{UNDECIDED} {' and '.join(subjects)}"
 
 
 def _gaps(node: JoinedNode) -> Iterator[str]:

@@ -36,7 +36,6 @@ SPELLING: Final = Spelling(
     ("DURATION_INFINITY", "DURATION_INFINITY"), "0", idl=False, element="name", dotted_bytes=True
 )
 _TAGS: Final[dict[str, str]] = {PUBLISHER: "data_writer", SUBSCRIBER: "data_reader"}
-_UNNAMED: Final = "unnamed"
 
 
 def write(system: System, context: ExportContext) -> Exported:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.source_reading import shown
 from cqos_core.importers.tree import MappingNode, Node, ScalarNode, flag, stated, whole_number
-from cqos_core.model.system import Endpoint, ProfileRef, Role, endpoint_id
+from cqos_core.model.settings import Setting
+from cqos_core.model.system import Endpoint, Overlay, ProfileRef, Role, endpoint_id
 from cqos_core.packs.document_importer import DocumentImporter
 from cqos_core.packs.file_importer import FileImporter
 from cqos_ros2.importers.codes import CODES
@@ -73,6 +74,21 @@ class Configuration(RosFile, DocumentImporter):
         if node is not None and number is None:
             self.refuse(node, name, "a whole number")
         return number
+
+    def bridge_node(self, name: str, where: Node) -> str:
+        """Add the node of a bridge, which takes back nothing that it publishes, also where a snapshot shows it; return its id."""
+        if name not in self.system.participants:
+            settings: Settings = {"bridge": Setting(name, self.place(where), derived=True)}
+            self.system.overlays.append(
+                Overlay(
+                    "own publications of a bridge",
+                    settings,
+                    participant=f"/{name}",
+                    protocol=self.protocol,
+                    place=self.place(where),
+                )
+            )
+        return self.participant(name, where)
 
     def is_filled_in(self, name: str, where: Node) -> bool:
         """Whether a name has a placeholder, ``<robot>`` or ``$(var robot)``, which a launch file replaces; report it."""

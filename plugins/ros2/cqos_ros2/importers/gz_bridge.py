@@ -74,7 +74,7 @@ class _Reader(Configuration):
             return
         for role in roles:
             settings = self.queue(entries, role, with_preset=bool(presets))
-            participant = self.participant(NODE, entries)
+            participant = self.bridge_node(NODE, entries)
             self.system.endpoints.append(
                 self.endpoint(participant, role, name, where, settings, profiles=presets, type_name=type_name)
             )
@@ -124,7 +124,7 @@ class _Reader(Configuration):
         where = stated(entries, "service_name") or entries
         if self.is_filled_in(name, where):
             return
-        participant = self.participant(NODE, entries)
+        participant = self.bridge_node(NODE, entries)
         type_name = self.a_text(entries, "ros_type_name")
         self.system.endpoints.append(
             self.endpoint(participant, SUBSCRIBER, name, where, {}, type_name=type_name, kind="service_server")

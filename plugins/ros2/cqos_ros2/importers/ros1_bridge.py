@@ -57,14 +57,14 @@ class _Reader(Configuration):
             role, endpoint_kind = _SERVICES[kind]
             # What ROS 1 serves has a type of ROS 1, which other packages of ROS 2 may stand for.
             type_name = self.a_text(entries, "type") if endpoint_kind == "service_client" else ""
-            participant = self.participant(NODE, entries)
+            participant = self.bridge_node(NODE, entries)
             self.system.endpoints.append(
                 self.endpoint(participant, role, name, where, {}, type_name=type_name, kind=endpoint_kind)
             )
 
     def topic(self, name: str, where: Node, entries: MappingNode) -> None:
         """Add both directions of a topic."""
-        participant = self.participant(NODE, entries)
+        participant = self.bridge_node(NODE, entries)
         type_name = self.a_text(entries, "type")
         queue = self.queue(entries)
         qos = stated(entries, "qos")

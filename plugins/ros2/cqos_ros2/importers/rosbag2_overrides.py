@@ -53,6 +53,8 @@ class _Overrides(RosFile):
         """Read every topic."""
         wanted = read_switches("rosbag2", self.context, SWITCHES).get("as", "player")
         node, role = (RECORDER, SUBSCRIBER) if wanted == "recorder" else (PLAYER, PUBLISHER)
+        other = "player" if wanted == "recorder" else "recorder"
+        advice = f"for the {other} read it with `--switch rosbag2.as={other}`; for `{node}` correct the topic, or add its endpoint"
         documents = read_tree(self, repeated="last").documents  # as PyYAML does, which `ros2 bag` reads them with
         for key, profile in _topics(documents[0], self) if documents and not self.problems else ():
             self.system.overlays.append(
@@ -64,6 +66,7 @@ class _Overrides(RosFile):
                     participant=node,
                     protocol="ros2",
                     place=self.place(key),
+                    advice=advice,
                 )
             )
         if not self.problems and not self.system.overlays:

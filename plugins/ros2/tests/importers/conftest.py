@@ -28,7 +28,7 @@ def _endpoint(endpoint):
 
 
 def _overlay(overlay):
-    words = [overlay.name, "for", overlay.participant, overlay.role, overlay.topic]
+    words = [overlay.name, "for", overlay.participant, *filter(None, [overlay.role]), overlay.topic]
     words += [f"entity {overlay.entity}"] if overlay.entity else []
     words += [f"when {'='.join(overlay.when)}"] if overlay.when else []
     return [f"overlay {' '.join(words)} {_at(overlay.place)}", *_settings(overlay.settings)]

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core import InputError
+from cqos_core import InputError, check
 from cqos_core.files.importer_choice import recognise
+from cqos_core.files.system_merge import merge
+from cqos_core.model.finding import Severity
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 
@@ -267,3 +269,56 @@ def test_parts_of_cyclone_dds_that_may_decide_are_named(inner, unknown, parts):
     system = read("cyclonedds", f"<CycloneDDS><Domain>{inner}</Domain></CycloneDDS>")
     assert bool([each for each in system.overlays if "partition" in each.settings]) is unknown
     assert [part.name for note in system.notes for part in note.parts] == parts
+
+
+SNAPSHOT = """$ ros2 topic info /tf_static --verbose
+Type: tf2_msgs/msg/TFMessage
+
+Publisher count: 1
+
+Node name: robot_state_publisher
+Node namespace: /
+Topic type: tf2_msgs/msg/TFMessage
+Endpoint type: PUBLISHER
+GID: 01
+QoS profile:
+  Reliability: RELIABLE
+  History (Depth): KEEP_LAST (1)
+  Durability: TRANSIENT_LOCAL
+  Lifespan: Infinite
+  Deadline: Infinite
+  Liveliness: AUTOMATIC
+  Liveliness lease duration: Infinite
+
+Subscription count: 1
+
+Node name: ros_bridge
+Node namespace: /
+Topic type: tf2_msgs/msg/TFMessage
+Endpoint type: SUBSCRIPTION
+GID: 02
+QoS profile:
+  Reliability: BEST_EFFORT
+  History (Depth): KEEP_LAST (1)
+  Durability: VOLATILE
+  Lifespan: Infinite
+  Deadline: Infinite
+  Liveliness: AUTOMATIC
+  Liveliness lease duration: Infinite
+"""
+LATCHED = (
+    "topics: [{topic: /tf_static, type: tf2_msgs/msg/TFMessage, qos: {history: keep_all, durability: transient_local}}]"
+)
+
+
+def test_a_bridge_does_not_take_back_what_it_publishes():
+    """Also where a snapshot shows its subscription: only what other nodes publish reaches it."""
+    report = check(read("ros1_bridge", LATCHED))
+    assert {each.code for each in report.findings if each.severity is not Severity.NOTE} == {"CQ404"}
+    report = check(merge([read("ros1_bridge", LATCHED), read("topic_info", SNAPSHOT)]))
+    (late,) = [each for each in report.findings if each.code == "ROS202"]
+    assert {each for each in late.endpoints if "/publisher/" in each} == {"/robot_state_publisher/publisher/tf_static"}
+    both = (
+        "- {topic_name: /a, ros_type_name: a/B, gz_type_name: a.B, direction: BIDIRECTIONAL, qos_profile: SENSOR_DATA}"
+    )
+    assert not check(read("gz_bridge", both)).groups

@@ -13,6 +13,7 @@ from cqos_core.files.system_merge import merge
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_ros2.importers.detect_observed import claims_rosbag2_overrides
+from cqos_ros2.importers.rosbag2 import PLAYER, RECORDER
 from cqos_ros2.importers.rosbag2_overrides import read
 from cqos_ros2.pack import PACK
 from tests.explained_values import facts, rows
@@ -111,6 +112,17 @@ def test_an_override_of_an_unplayed_topic_is_reported(topic):
     """There are no patterns in these files."""
     system = merge([read_source(Source("m.yaml", BAG.encode())), overrides(f"'{topic}': {{depth: 3}}\n")])
     assert "CQ214" in [finding.code for finding in check(system).findings]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "other", "node"), [("player", "recorder", PLAYER), ("recorder", "player", RECORDER)]
+)
+def test_an_override_without_effect_names_the_switch(wanted, other, node):
+    switches = {"rosbag2": {"as": wanted}}
+    over = read_source(Source("o.yaml", b"/imu: {depth: 3}\n"), "rosbag2_overrides", switches)
+    (finding,) = (each for each in check(over).findings if each.code == "CQ214")
+    assert f"`{node}`" in finding.message
+    assert f"for the {other} read it with `--switch rosbag2.as={other}`" in finding.help
 
 
 def test_unknown_can_be_written_but_not_created():

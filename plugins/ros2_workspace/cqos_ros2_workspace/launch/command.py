@@ -50,8 +50,8 @@ def launch(
       cqos launch robot.launch.xml --launch-arg sim:=true --format json
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2_workspace.launch.entry_point import argument, entry_point
-    from cqos_ros2_workspace.launch.running import launch as read_launch
-    from cqos_ros2_workspace.launch.shown import as_data, as_text
+    from cqos_ros2_workspace.launch.launch_evaluation import launch as read_launch
+    from cqos_ros2_workspace.launch.launch_output import as_data, as_text
 
     if len(named) > 2:  # noqa: PLR2004 - DIR and FILE
         raise WrongUsageError(f"{len(named)} paths are named, and one folder and one launch file are read", ctx=ctx)

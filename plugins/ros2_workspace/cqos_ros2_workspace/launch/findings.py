@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.model.settings import Place
 from cqos_core.model.spelling import distance
+from cqos_ros2_workspace.launch.launch_result import MadeFile, ParameterFile
 from cqos_ros2_workspace.launch.parameter_files import covers, sections, tree_of
-from cqos_ros2_workspace.launch.started import MadeFile, ParameterFile
 from cqos_ros2_workspace.launch.values import Unknown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_ros2_workspace.launch.started import Instance, Launched
+    from cqos_ros2_workspace.launch.launch_result import Instance, Launched
     from cqos_ros2_workspace.launch.workspace import Workspace
 
 _TYPED_WRONG: Final = 1

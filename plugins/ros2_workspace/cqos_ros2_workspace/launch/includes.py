@@ -7,8 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_ros2_workspace.launch.launch_evaluation import Launch, launch
 from cqos_ros2_workspace.launch.python_names import TooMuchError
-from cqos_ros2_workspace.launch.running import Launch, launch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

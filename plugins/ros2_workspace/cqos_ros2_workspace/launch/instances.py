@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2_workspace.launch.entities import Action, Sub
+from cqos_ros2_workspace.launch.launch_result import Instance, MadeFile, ParameterFile, ParameterValues
 from cqos_ros2_workspace.launch.parameter_files import plain_text
 from cqos_ros2_workspace.launch.python_names import FileText
 from cqos_ros2_workspace.launch.scope import absolute, inner_namespace, place_of
-from cqos_ros2_workspace.launch.started import Instance, MadeFile, ParameterFile, ParameterValues
 from cqos_ros2_workspace.launch.substitutions import condition
 from cqos_ros2_workspace.launch.values import (
     Either,
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_workspace.launch.running import Launch
-    from cqos_ros2_workspace.launch.started import InstanceKind, Parameters
+    from cqos_ros2_workspace.launch.launch_evaluation import Launch
+    from cqos_ros2_workspace.launch.launch_result import InstanceKind, Parameters
     from cqos_ros2_workspace.launch.values import Guards, Text
 
 NODES: Final[dict[str, InstanceKind]] = {

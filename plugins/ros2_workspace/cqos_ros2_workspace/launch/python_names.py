@@ -11,7 +11,7 @@ from cqos_core.model.settings import Place
 from cqos_ros2_workspace.launch.values import Guard, Unknown, first_unknown
 
 if TYPE_CHECKING:
-    from cqos_ros2_workspace.launch.running import Launch
+    from cqos_ros2_workspace.launch.launch_evaluation import Launch
 
 MOST_STEPS: Final = 200_000
 """How many expressions and statements of Python are walked for one entry point."""

@@ -9,7 +9,7 @@ from cqos_ros2_workspace.launch.values import join, lift, replaced, under
 
 if TYPE_CHECKING:
     from cqos_core.model.settings import Place
-    from cqos_ros2_workspace.launch.started import Parameters
+    from cqos_ros2_workspace.launch.launch_result import Parameters
     from cqos_ros2_workspace.launch.values import Guards, Text
 
 

@@ -8,10 +8,10 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_ros2_workspace.launch.entities import Action, Sub
+from cqos_ros2_workspace.launch.launch_result import MadeFile
 from cqos_ros2_workspace.launch.python_calls import PACKAGE_PREFIX, PACKAGE_SHARE, join_path
 from cqos_ros2_workspace.launch.python_expressions import value_of
 from cqos_ros2_workspace.launch.python_names import FileText, Frame, TooMuchError
-from cqos_ros2_workspace.launch.started import MadeFile
 from cqos_ros2_workspace.launch.values import (
     Either,
     Joined,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cqos_core.model.settings import Place
-    from cqos_ros2_workspace.launch.running import Launch
+    from cqos_ros2_workspace.launch.launch_evaluation import Launch
     from cqos_ros2_workspace.launch.values import Text
 
 TRUE: Final = frozenset(("true", "1"))

@@ -26,18 +26,6 @@ MOST_FOLDERS: Final = 50_000
 _MARKS: Final = frozenset(("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE"))
 _MANIFEST: Final = "package.xml"
 _DESIGNER: Final = b"autoware_system_designer"
-_LAUNCH_ENDINGS: Final = (
-    ".launch.py",
-    ".launch.xml",
-    ".launch.yaml",
-    ".launch.yml",
-    "_launch.py",
-    ".launch",
-    ".py",
-    ".xml",
-    ".yaml",
-    ".yml",
-)
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 """Names of packages, as the ROS tools take them. They become names of files."""
 PACKAGE_PATH: Final = re.compile(r"\$\(find-pkg-(?:share|prefix) ([^()]+)\)(?:/(.*))?", re.DOTALL)

@@ -15,7 +15,7 @@ from cqos_ros2.importers.nodl import ENDING as NODL
 from cqos_ros2_workspace.launch.values import Unknown
 from cqos_ros2_workspace.nodes import foreign, form
 from cqos_ros2_workspace.nodes.reading import ENDING, NodeFile, read_node_file
-from cqos_ros2_workspace.nodes.versions import fit
+from cqos_ros2_workspace.nodes.version_fit import fit
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.document_form import Entry
     from cqos_core.model.problems import Problem
     from cqos_ros2_workspace.launch.workspace import Workspace
-    from cqos_ros2_workspace.nodes.versions import Fit
+    from cqos_ros2_workspace.nodes.version_fit import Fit
 
 SHIPPED: Final = Path(__file__).parent / "shipped"
 LEARNED: Final = "<learned>/"

@@ -12,7 +12,7 @@ from cqos_core.packs.document_importer import only_document
 from cqos_ros2.policies import DISTRO
 from cqos_ros2.presets import PRESETS
 from cqos_ros2_workspace.nodes import form
-from cqos_ros2_workspace.nodes.correcting import corrected
+from cqos_ros2_workspace.nodes.corrections import corrected
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

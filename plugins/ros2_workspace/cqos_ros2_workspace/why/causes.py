@@ -16,6 +16,7 @@ from cqos_ros2.names import expand
 from cqos_ros2.types import full_type_name
 from cqos_ros2_workspace.activation import activation
 from cqos_ros2_workspace.launch.values import Unknown
+from cqos_ros2_workspace.unread_nodes import UNDECIDED
 from cqos_ros2_workspace.why.definitions import Defined
 from cqos_ros2_workspace.why.interfaces import LOOPBACK
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved
-    from cqos_ros2_workspace.joining import Join, JoinedNode
+    from cqos_ros2_workspace.system_join import Join, JoinedNode
     from cqos_ros2_workspace.why.security import Access
 
 MIDDLEWARE_FILES: Final = ("CYCLONEDDS_URI", "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
@@ -37,6 +38,8 @@ _RANGE: Final = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _FINE: Final = ("SUBNET", "SYSTEM_DEFAULT")
 _SPLITS: Final = {"ROS411", "ROS412", "ROS413", "DDS107", "DDS403"}
 _SAME_FILES: Final = "build both sides with the same message files"
+_UNREAD: Final = {"ROS978", "ROS983"}
+"""Notes about nodes of which nothing is known, and about processes."""
 _SHOWN: Final = 8
 """So many digits of a hash are shown."""
 _QUOTED: Final = re.compile(r"`([^`]+)`")
@@ -64,7 +67,7 @@ class Evidence(NamedTuple):
         join: of a workspace; None: no launch was read.
         access: what a keystore says of the topic; None: no keystore was read.
         interfaces: those that the configuration of the middleware names, by variable; None: it was not read.
-        switched: launch arguments that decide whether a missing side starts.
+        switched: launch arguments that decide whether a missing publisher starts, or a subscriber where only that is missing.
         untried: programs that only several arguments together start.
         hashes: of the types of endpoints that run, by endpoint.
         defined: what message files of the workspace say of the types on the topic.
@@ -100,6 +103,19 @@ class Evidence(NamedTuple):
             if each.severity is not Severity.NOTE and (ids & {*each.endpoints} or each.topic == self.topic)
         ]
 
+    @property
+    def unread(self) -> list[str]:
+        """Return what was not read or is not known, in which a missing side may be; parts that were not read first.
+
+        A node whose start a launch argument decides is none of it: `switched` says what it does.
+        """
+        parts = [
+            each.message
+            for each in self.system.notes
+            if each.code in _UNREAD or any(not part.cause.startswith(UNDECIDED) for part in each.parts)
+        ]
+        return list(dict.fromkeys([*parts, *self.noted("ROS979")]))
+
     def noted(self, *codes: str) -> list[str]:
         """Return what notes of some codes say."""
         return [each.message for each in self.system.notes if each.code in codes]
@@ -128,21 +144,24 @@ def _name(seen: Evidence) -> Answer:
     missing = [role for role in (PUBLISHER, SUBSCRIBER) if not seen.ends[role]]
     if not missing:
         return Answer("excluded", "a publisher and a subscriber have this name")
-    opaque = seen.noted("ROS978", "ROS979", "ROS980")
+    opaque = seen.unread or seen.noted("ROS980")
     what = " and no ".join(missing)
     role = missing[0]
     near = nearest(seen.topic, [each for each in seen.names[role] if each != seen.topic])
     last = seen.topic.rpartition("/")[2]
     same = [each for each in seen.names[role] if each != seen.topic and each.rpartition("/")[2] == last]
     meant = same[0] if same else near
-    if meant:
+    if meant and not seen.unread:
         return Answer(
             "found", f"no {what} has this name; a {role} is on `{meant}`", f"use one name: `{seen.topic}` or `{meant}`"
         )
+    if opaque:
+        perhaps = f"; perhaps it is the {role} on `{meant}`" if meant else ""
+        return Answer(
+            "not known", f"no {what} is known; {opaque[0]}{perhaps}", f"ros2 topic info --verbose {seen.topic}"
+        )
     if seen.switched:
         return Answer("not known", f"no {what} is started, and a launch argument decides whether one is")
-    if opaque:
-        return Answer("not known", f"no {what} is known; {opaque[0]}", f"ros2 topic info --verbose {seen.topic}")
     return Answer("found", f"no {what} in what was read", f"ros2 topic info --verbose {seen.topic}")
 
 
@@ -423,7 +442,8 @@ def _condition(seen: Evidence) -> Answer:
         first = seen.switched[0]
         does = "publishes" if first.role == PUBLISHER else "subscribes to"
         text = f"with `{first.argument}:={first.value}` the launch starts `{first.node}`, which {does} it"
-        return Answer("found", text, f"--launch-arg {first.argument}:={first.value}")
+        state: State = "not known" if seen.unread else "found"
+        return Answer(state, text, f"--launch-arg {first.argument}:={first.value}")
     open_nodes = seen.join.placing.undecided
     if open_nodes:
         subjects = sorted({guard.subject for each in open_nodes for guard in each.guards})

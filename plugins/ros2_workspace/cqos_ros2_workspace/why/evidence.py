@@ -20,8 +20,8 @@ from cqos_ros2.importers.topic_info import type_hashes
 from cqos_ros2.logs import read_line
 from cqos_ros2.types import full_type_name
 from cqos_ros2_workspace.importer import ARGUMENT, IMPORTER, joined
-from cqos_ros2_workspace.launch.running import launch
-from cqos_ros2_workspace.launch.shown import assumptions
+from cqos_ros2_workspace.launch.launch_evaluation import launch
+from cqos_ros2_workspace.launch.launch_output import assumptions
 from cqos_ros2_workspace.launch.values import Unknown, shown
 from cqos_ros2_workspace.launch.workspace import find_packages
 from cqos_ros2_workspace.why.causes import MIDDLEWARE_FILES, Evidence, Switched
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.logs import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved
-    from cqos_ros2_workspace.joining import Join
-    from cqos_ros2_workspace.launch.started import Launched
+    from cqos_ros2_workspace.launch.launch_result import Launched
+    from cqos_ros2_workspace.system_join import Join
     from cqos_ros2_workspace.why.definitions import Defined
 
 
@@ -63,7 +63,8 @@ def evidence(
     given = {each.name: each.value for each in reader.options.variables}
     owners = {each.participant.participant.id for side in ends.values() for each in side}
     environment = given if join is None else _environment(join, given, owners)
-    missing = [role for role, side in ends.items() if not side]
+    # Nothing arrives without a publisher, whatever subscriber a launch argument adds.
+    missing = next((role for role, side in ends.items() if not side), None)
     switched, untried = ([], []) if join is None else _switched(reader, join, full, missing)
     return Evidence(
         full,
@@ -110,12 +111,10 @@ def _defined(paths: Sequence[str], types: Collection[str]) -> dict[str, Defined 
     return {each: definitions.find(each) for each in types if each}
 
 
-def _switched(
-    reader: InputReader, join: Join, topic: str, missing: Collection[str]
-) -> tuple[list[Switched], list[str]]:
-    """Return the launch arguments that start a missing side of a topic with another value, and programs that were not tried."""
+def _switched(reader: InputReader, join: Join, topic: str, missing: str | None) -> tuple[list[Switched], list[str]]:
+    """Return the launch arguments that start the missing side of a topic with another value, and programs that were not tried."""
     found: list[Switched] = []
-    if not missing:
+    if missing is None:
         return found, []
     folder, switches = _workspace(reader)
     mine = switches.get(IMPORTER, {})
@@ -130,7 +129,7 @@ def _switched(
         found += [
             Switched(name, value, each.participant or "", each.role)
             for each in other.system.endpoints
-            if each.topic == topic and each.role in missing
+            if each.topic == topic and each.role == missing
         ]
     return found, sorted(_programs(_left_open(join, join.launched.arguments)) - seen)
 

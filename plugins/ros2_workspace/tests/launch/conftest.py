@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from cqos_ros2_workspace.launch.running import launch
+from cqos_ros2_workspace.launch.launch_evaluation import launch
 from cqos_ros2_workspace.launch.workspace import find_packages
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from cqos_ros2_workspace.launch.started import Launched
+    from cqos_ros2_workspace.launch.launch_result import Launched
 
 PYTHON = """
 from ament_index_python.packages import get_package_share_directory

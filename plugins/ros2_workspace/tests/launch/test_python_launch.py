@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cqos_ros2_workspace.launch.started import ParameterFile, ParameterValues
+from cqos_ros2_workspace.launch.launch_result import ParameterFile, ParameterValues
 from cqos_ros2_workspace.launch.values import shown, unknown_parts
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from cqos_ros2_workspace.joining import join
-from cqos_ros2_workspace.launch.running import launch
+from cqos_ros2_workspace.launch.launch_evaluation import launch
 from cqos_ros2_workspace.launch.workspace import find_packages
 from cqos_ros2_workspace.nodes import form
 from cqos_ros2_workspace.nodes.foreign import read_design, read_nodl
 from cqos_ros2_workspace.nodes.library import Library
 from cqos_ros2_workspace.nodes.reading import endpoints
+from cqos_ros2_workspace.system_join import join
 
 LAUNCH = """<launch>
 <node pkg="maps" exec="loader" name="loader"><remap from="~/output/vector" to="/map/vector"/></node>

@@ -117,7 +117,7 @@ LAUNCH = """<launch>
 @pytest.mark.parametrize(
     ("topic", "arguments", "state", "text"),
     [
-        ("/joint_states", (), "found", "with `view:=false` the launch starts `/robot_state_publisher`, which subscribes to it"),
+        ("/joint_states", (), "not known", "whether nodes start depends on `port`"),
         ("/tf_static", (), "found", "with `static:=true` the launch starts `/mount`, which publishes it"),
         ("/map", (), "found", "with `mode:=sim` the launch starts `/map_server`, which publishes it"),
         ("/joy", (), "found", "with `port:=true` the launch starts `/joy_node`, which publishes it"),

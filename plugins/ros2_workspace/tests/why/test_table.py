@@ -32,6 +32,8 @@ MANAGER = (
     '<node pkg="nav2_lifecycle_manager" exec="lifecycle_manager" name="m"><param name="node_names" value="{}"/>'
     '<param name="autostart" value="{}"/></node>'
 )
+UNREAD = '<node pkg="no" exec="no"/>'
+REPUBLISHED = '<node pkg="robot_state_publisher" exec="robot_state_publisher" name="rsp" if="$(var show)"><param name="robot_description" value="x"/></node>'
 SHOW = '<node pkg="tf2_ros" exec="static_transform_publisher" name="mount" if="$(var show)"/>'
 GOVERNANCE = (
     "<dds><domain_access_rules><domain_rule><topic_access_rules><topic_rule><topic_expression>*</topic_expression>"
@@ -149,7 +151,15 @@ RUNS: Final = [
     ("/map", launch(SERVER, '<node pkg="other" exec="other"/>'), WORKSPACE, {"not known": ["lifecycle"]}),
     ("/map", launch(SERVER, "<lifecycle_transition/>"), WORKSPACE, {"not known": ["lifecycle"]}),
     ("/tf_static", launch(SHOW), WORKSPACE, {"found": ["launch condition"], "not known": ["name"]}),
-    ("/camera", launch('<node pkg="no" exec="no"/>'), WORKSPACE, {"not known": ["name", "remap"]}),
+    # A switch that adds only a subscriber is no cause, and what is not read comes before one that adds a publisher.
+    ("/joint_states", launch(UNREAD, REPUBLISHED), WORKSPACE, {"not known": ["name"], "excluded": ["launch condition"]}),
+    ("/joint_states", launch(REPUBLISHED), WORKSPACE, {"found": ["name"], "excluded": ["launch condition"]}),
+    ("/tf_static", launch(UNREAD, SHOW), WORKSPACE, {"not known": ["name", "launch condition"]}),
+    ("/bot/map", launch(SERVER), WORKSPACE, {"found": ["name"]}),
+    ("/bot/map", launch(UNREAD, SERVER), WORKSPACE, {"not known": ["name"]}),
+    # A process that is no node may publish.
+    ("/camera", launch('<executable cmd="ros2 bag play camera"/>'), WORKSPACE, {"not known": ["name"]}),
+    ("/camera", launch(UNREAD), WORKSPACE, {"not known": ["name", "remap"]}),
     (
         "/cloud",
         launch('<node pkg="nav2_map_server" exec="map_server" name="map_server"><remap from="cloud" to="points"/></node>'),

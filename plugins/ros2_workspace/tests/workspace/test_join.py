@@ -315,6 +315,11 @@ def test_a_node_that_is_not_known_may_be_the_partner_of_a_topic_in_another_names
     assert findings(joined(launch_of(bridge, same, driver))) == []
 
 
+def test_a_bridge_of_a_launch_does_not_take_back_what_it_publishes(joined):
+    bridge = '<node pkg="ros_gz_bridge" exec="parameter_bridge" name="bridge" args="/cmd_vel@geometry_msgs/msg/Twist@gz.msgs.Twist"/>'
+    assert not check(joined(launch_of(bridge))).groups
+
+
 def test_a_node_that_is_partly_known_may_have_any_topic_below_its_own_name(joined, findings):
     camera = '<node pkg="bot" exec="camera" name="{}"/>\n'
     viewer = '<node pkg="bot" exec="listener" name="viewer"><remap from="chatter" to="/oak/chatter"/></node>\n'

@@ -1636,6 +1636,7 @@ class ControlFlow(_message.Message):
     SOURCE_FIELD_NUMBER: _builtins.int
     NODES_FIELD_NUMBER: _builtins.int
     FLOWS_FIELD_NUMBER: _builtins.int
+    MESSAGES_FIELD_NUMBER: _builtins.int
     source: _builtins.str
     """Name of the file, as places have it."""
     @_builtins.property
@@ -1646,16 +1647,21 @@ class ControlFlow(_message.Message):
     def flows(self) -> _containers.RepeatedCompositeFieldContainer[Global___FlowEnds]:
         """Sequence flows."""
 
+    @_builtins.property
+    def messages(self) -> _containers.RepeatedCompositeFieldContainer[Global___FlowEnds]:
+        """Message flows between two nodes. An event that is the target of one gets messages over these only."""
+
     def __init__(
         self,
         *,
         source: _builtins.str = ...,
         nodes: _abc.Iterable[Global___FlowNode] | None = ...,
         flows: _abc.Iterable[Global___FlowEnds] | None = ...,
+        messages: _abc.Iterable[Global___FlowEnds] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["flows", b"flows", "nodes", b"nodes", "source", b"source"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["flows", b"flows", "messages", b"messages", "nodes", b"nodes", "source", b"source"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -1663,14 +1669,14 @@ Global___ControlFlow: _TypeAlias = ControlFlow  # noqa: Y015
 
 @_typing.final
 class FlowEnds(_message.Message):
-    """One sequence flow."""
+    """One sequence flow or message flow."""
 
     DESCRIPTOR: _descriptor.Descriptor
 
     SOURCE_FIELD_NUMBER: _builtins.int
     TARGET_FIELD_NUMBER: _builtins.int
     source: _builtins.int
-    """Position of the node from which a token goes."""
+    """Position of the node from which a token or a message goes."""
     target: _builtins.int
     """Position of the node to which it goes."""
     def __init__(

@@ -24,7 +24,7 @@ from cyclonedds.topic import Topic
 from cqos_live.dds.prove.cyclone_qos import INFINITE, NAMED, group, qos
 from cqos_live.dds.prove.settings import decoded
 
-_EXTENSIBILITY: Final = {"final": final, "appendable": appendable, "mutable": mutable}
+_EXTENSIBILITY: Final = {"final": final, "of_compiler": final, "appendable": appendable, "mutable": mutable}
 _PAUSE: Final = 0.004  # between two looks at what happened
 _MOST: Final = 10_000  # samples of one take
 
