@@ -93,6 +93,7 @@ class Entities:
 
     Attributes:
         beside: returns what those of the files read together with this one define that hold a word.
+        services: the routing services of the file.
     """
 
     def __init__(
@@ -107,6 +108,7 @@ class Entities:
         self.keyed: dict[str, bool] = {}
         self.extensibility: dict[str, str] = {}
         self.elsewhere: set[str] = set()
+        self.services: list[Element] = []
 
     # What the file defines
 

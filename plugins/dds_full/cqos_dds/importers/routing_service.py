@@ -7,6 +7,7 @@ and processors are named as parts that are not read: what they carry is a progra
 from __future__ import annotations
 
 import glob
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.source_reading import listed, shown
@@ -81,11 +82,10 @@ class RoutingServices:
     def __init__(self, reading: XmlReading, entities: Entities) -> None:
         self.reading = reading
         self.entities = entities
-        self.services: list[Element] = []
 
     def make(self) -> None:
         """Make the bridge of the service; of several in one file an option of its command line takes one."""
-        running = [each for each in self.services if _enabled(each)]
+        running = _running(self.entities)
         if len(running) > 1:
             names = listed([shown(each.get("name") or "") for each in running], "and")
             message = f"the file has the routing services {names}, and which of them runs is not known"
@@ -98,7 +98,7 @@ class RoutingServices:
 
     def service(self, service: Element) -> None:
         """Make the bridge of one service."""
-        name = (service.get("name") or "").strip() or _SECTION
+        name = self.id(_name(service))
         routes: list[Route] = []
         for child in elements(service):
             if local(child) == "domain_route":
@@ -107,6 +107,17 @@ class RoutingServices:
             elif local(child) not in _TOOLS:
                 self.not_read(child, "C-QoS does not know what it does")
         self.reading.system.bridges[name] = Bridge(name, tuple(routes), place=self.reading.place(service))
+
+    def id(self, name: str) -> str:
+        """Return the id of a service, which tells it from those of the same name in files beside this one."""
+        others = [
+            each.reading.source.name
+            for each in self.entities.beside(name)
+            if [_name(service) for service in _running(each)] == [name]
+        ]
+        own = self.reading.source.name
+        stem = PurePath(own).stem
+        return f"{name} ({own if stem in {PurePath(each).stem for each in others} else stem})" if others else name
 
     def domain_route(self, route: Element, service: str) -> Iterator[Route]:
         """Yield the routes between the domains of a domain route."""
@@ -250,6 +261,15 @@ class RoutingServices:
         path = f"{_SECTION}/{local(element)}"
         self.reading.pass_over(element, path)
         self.reading.parts.append(Part("route", path, cause, self.reading.place(element), endpoints))
+
+
+def _running(file: Entities) -> list[Element]:
+    """Return the services of a file that are not switched off."""
+    return [each for each in file.services if _enabled(each)]
+
+
+def _name(service: Element) -> str:
+    return (service.get("name") or "").strip() or _SECTION
 
 
 def _enabled(element: Element) -> bool:

@@ -3,6 +3,7 @@
 import pytest
 
 from cqos_core import check
+from cqos_core.files.inputs import read
 
 SYSTEM = b"""cqos: 1
 protocol: dds
@@ -136,3 +137,28 @@ def test_a_content_filter_may_lose_samples(tmp_path):
 def test_several_services_in_one_file_are_a_warning(tmp_path):
     found = report(tmp_path, service(topic_route()) + service(topic_route(), "Q"))
     assert "DDS908" in [each.code for each in found.findings]
+
+
+@pytest.mark.parametrize(
+    ("files", "ids"),
+    [
+        (("one.xml", "two.xml"), ["R (one)", "R (two)"]),
+        (("one/rs.xml", "two/rs.xml"), ["R (one/rs.xml)", "R (two/rs.xml)"]),
+        (("one.xml",), ["R"]),
+    ],
+)
+def test_services_of_one_name_in_two_files_are_two(tmp_path, monkeypatch, files, ids):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.yaml").write_bytes(SYSTEM % b"reliable")
+    for number, name in enumerate(files):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        domains = [f"<domain_id>{2 * number + side}</domain_id>" for side in (0, 1)]
+        text = service(topic_route()).replace("<domain_id>0</domain_id>", domains[0])
+        text = text.replace("<domain_id>1</domain_id>", domains[1]) if number else text
+        (tmp_path / name).write_text(f"<dds>{text}</dds>", encoding="utf-8")
+    found = check("s.yaml", *files)
+    assert "CQ060" not in [each.code for each in found.findings]
+    assert outcome(found) == ("compatible", [])
+    readers = {name.partition("/D/")[0] for group in found.groups for name in group.subscribers if "/D/" in name}
+    assert readers == {ids[0]}
+    assert sorted(read(*files).bridges) == ids
