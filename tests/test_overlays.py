@@ -126,6 +126,16 @@ class TestUnder:
         assert care(writer("box", care="usual"), overlays=[over, under]) == ["plain"]
         assert care(writer("box", care="plain"), overlays=[under, overlay(care="usual")]) == ["insured"]
 
+    @pytest.mark.parametrize("more", [{}, {"when": ("carrier", "train")}])
+    def test_a_later_one_takes_its_place_unless_it_says_what_is_to_be_filled(self, more):
+        under, later = usual(more, care="insured"), usual(more, care="plain")
+        loose = usual(more, care="usual")  # gives way to what another one fills in
+        writers = (writer("box", care="usual"),)
+        for laid, decides in (([under, later], later), ([later, under], under), ([loose, under], under)):
+            assert care(*writers, overlays=laid) == care(*writers, overlays=[decides])
+        assert care(*writers, overlays=[under, loose]) == care(*writers, overlays=[under])
+        assert "CQ215" not in codes(checked(*writers, overlays=[under, loose]))
+
     def test_an_overlay_that_gives_way_everywhere_is_one_warning(self):
         parts = (writer("box", "a", care="plain"), writer("box", "b", care="signed"))
         finding = only(checked(*parts, overlays=[usual(care="insured")]), "CQ215")

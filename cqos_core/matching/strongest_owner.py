@@ -1,7 +1,7 @@
 """The strength of the strongest publisher from which a subscriber takes samples, where one publisher counts at a time.
 
 A pair does not show it, so that a rule of a pair could not know that a weaker publisher has no effect. Only publishers count that certainly
-match and fit; further ones may exist outside of what was read.
+exist, match and fit; further ones may exist outside of what was read.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.relation import positions
 from cqos_core.language.values import is_plain
-from cqos_core.matching.judge import over_both
+from cqos_core.matching.judge import of_end, over_both, refusing_worlds
+from cqos_core.model.finding import Verdict
+from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
     from cqos_core.matching.topic_groups import EndpointGroup, MatchedTopic
@@ -29,7 +31,7 @@ def settle_strongest(topic: MatchedTopic) -> None:
     strengths = [(value, each) for each in topic.publishers if isinstance(value := each.value(strength), int)]
     if len({value for value, _ in strengths}) < 2:  # noqa: PLR2004 - nor have equal ones
         return
-    owning = [(value, each) for value, each in strengths if _owns(each, pack)]
+    owning = [(value, each) for value, each in strengths if _owns(each, pack) and _exists(each)]
     owning.sort(key=lambda pair: pair[0], reverse=True)
     for members in topic.subscribers:
         stated = members.value(strongest)
@@ -47,6 +49,14 @@ def _owns(members: EndpointGroup, pack: RulePack) -> bool:
         return False
     value = members.value(index)
     return is_plain(value) and pack.policies[index].format(value) in values
+
+
+def _exists(members: EndpointGroup) -> bool:
+    """Whether nothing refuses publishers of a group as such, under no assumption either."""
+    profile, observed = members.profile, members.observed
+    ends = of_end(profile, PUBLISHER, observed, members.wired)
+    refused = any(verdict is Verdict.INCOMPATIBLE for verdict, _ in ends)
+    return not refused and not refusing_worlds(profile, PUBLISHER, observed)
 
 
 def _fits(publisher: EndpointGroup, subscriber: EndpointGroup, pack: RulePack) -> bool:

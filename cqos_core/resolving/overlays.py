@@ -88,19 +88,28 @@ class Overlays:
         certain = list(stated)
         possible: dict[tuple[str, str], list[Layer]] = {}
         for index, overlay, found in covering:
-            layer = self._filling(index, found, stated, pack) if overlay.fills else found
-            if not holds(overlay, participant):
-                possible.setdefault(overlay.when or ("", ""), []).insert(0, layer)
+            when = None if holds(overlay, participant) else overlay.when or ("", "")
+            earlier = [*(possible.get(when, ()) if when else ()), *certain[: len(certain) - len(stated)]]
+            layer = self._filling(index, found, stated, earlier, pack) if overlay.fills else found
+            if when is not None:
+                possible.setdefault(when, []).insert(0, layer)
             elif overlay.fills:
                 certain.insert(0, layer)
         return certain, possible
 
-    def _filling(self, overlay: int, layer: Layer, stated: Sequence[Layer], pack: RulePack) -> Layer:
-        """Return the settings of an overlay that fill or raise values of ``stated``; it gives way to all others."""
+    def _filling(
+        self, overlay: int, layer: Layer, stated: Sequence[Layer], earlier: Sequence[Layer], pack: RulePack
+    ) -> Layer:
+        """Return the settings of an overlay that fill or raise values of ``stated``; it gives way to all others.
+
+        The last of several overlays wins, but a value that any of them would fill takes the place of none of ``earlier`` ones.
+        """
         fills = self._system.overlays[overlay].fills
         taken = {}
         for index, setting in layer.settings.items():
             policy = pack.policies[index]
+            if word_of(policy, setting.text) in fills and any(index in each.settings for each in earlier):
+                continue
             found = next((one.settings[index].text for one in stated if index in one.settings), None)
             if found is None or word_of(policy, found) in fills or _raises(policy, found, setting):
                 taken[index] = setting

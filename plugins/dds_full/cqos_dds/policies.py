@@ -221,15 +221,16 @@ DOMAIN: Final = Policy(
     level="option",
     aliases=("domain_id",),
 )
+OF_COMPILER: Final = "of_compiler"
 EXTENSIBILITY: Final = Policy(
     "extensibility",
-    Choice("final", "appendable", "mutable", "of_compiler", ordered=False),
+    Choice("final", "appendable", "mutable", OF_COMPILER, ordered=False),
     None,
     "How data types may grow, as their IDL states. `of_compiler`: it states nothing, and the compiler of the implementation decides: "
     "final for Cyclone DDS, appendable for the others.",
     "DDS-XTypes 1.3, 7.2.3; idlc of Cyclone DDS, -x; opendds_idl, --default-extensibility",
     level="option",
-    assume=("final", "appendable", "mutable", "of_compiler"),
+    assume=("final", "appendable", "mutable", OF_COMPILER),
 )
 SERVICE_RUNS: Final = Policy(
     "durability_service_runs",

@@ -62,7 +62,7 @@ from cqos_dds.kept_policies import (
     SERVICE_MAX_PER_INSTANCE,
     SERVICE_MAX_SAMPLES,
 )
-from cqos_dds.policies import DOMAIN, EXTENSIBILITY, TIME_BASED_FILTER, TOPIC_TYPE
+from cqos_dds.policies import DOMAIN, EXTENSIBILITY, OF_COMPILER, TIME_BASED_FILTER, TOPIC_TYPE
 from cqos_dds.requested_policies import (
     ACCESS_SCOPE,
     COHERENT,
@@ -361,7 +361,7 @@ BY_NAME_IN_XCDR1: Final = define(
 
 def is_final(extensibility: Term, implementation: Term) -> Condition:
     """Say that types of a participant are final: so stated, or by the compiler of Cyclone DDS, which departs from the standard."""
-    by_compiler = (extensibility == "of_compiler") & in_(implementation, *CYCLONE_DDS)
+    by_compiler = (extensibility == OF_COMPILER) & in_(implementation, *CYCLONE_DDS)
     return (extensibility == "final") | by_compiler
 
 
@@ -381,7 +381,10 @@ TYPES_FIT: Final = define(
     ),
 )
 STATED_PER_TYPE: Final = define(
-    "extensibility_stated_per_type", stated(offered(TYPE_EXTENSIBILITY)) & stated(requested(TYPE_EXTENSIBILITY))
+    "extensibility_stated_per_type",
+    stated(offered(TYPE_EXTENSIBILITY))
+    & stated(requested(TYPE_EXTENSIBILITY))
+    & ~(stated(offered(TYPE_EXTENSIBILITY), OF_COMPILER) & stated(requested(TYPE_EXTENSIBILITY), OF_COMPILER)),
 )
 NAMES_DECIDE: Final = define(
     "names_of_types_decide",

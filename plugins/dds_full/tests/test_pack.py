@@ -222,3 +222,26 @@ def test_of_bridges_before_a_reader_of_exclusive_ownership_one_is_heard(ownershi
         }
     )
     assert ("CQ507" in codes(report)) is twice
+
+
+@pytest.mark.parametrize(
+    ("limits", "expected"),
+    [
+        ("max_samples: 1, max_samples_per_instance: 5", "unknown"),  # as without it: further writers may exist
+        ("max_samples: 5, max_samples_per_instance: 5", "incompatible"),
+    ],
+)
+def test_a_writer_that_cannot_be_created_owns_nothing(limits, expected):
+    own = "ownership: exclusive, deadline: 1s, durability: transient_local"
+    design = f"""cqos: 1
+protocol: dds
+topics: {{T: {{keyed: false}}}}
+participants:
+  w1: {{publishes: {{T: {{{own}, history: keep_all, ownership_strength: 1}}}}}}
+  w2: {{publishes: {{T: {{{own}, history: keep_all, ownership_strength: 5, {limits}}}}}}}
+  r: {{subscribes: {{T: {{ownership: exclusive, durability: transient_local, reliability: reliable, history: keep_all, needs: {{latest: true}}}}}}}}
+"""
+    found = check(design.encode(), packs=[PACK])
+    verdicts = {name: str(each.verdict) for each in found.groups for name in each.publishers}
+    assert {name.partition("/")[0]: verdict for name, verdict in verdicts.items()}["w1"] == expected
+    assert ("DDS573" in [each.code for each in found.findings]) is (expected == "incompatible")

@@ -78,6 +78,7 @@ class _File:
         self.qos.make()
         self.entities.make()
         self.routing.make()
+        self.qos.leave_participants_open(self.entities.defines_profile)
         return self.reading.finish()
 
     def define(self, root: Element) -> None:
@@ -114,7 +115,7 @@ _READERS: Final[dict[str, Callable[[_File, Element], None]]] = {
     ),
     "application_library": lambda file, element: file.entities.application_library(element),
     "types": lambda file, element: file.entities.types(element),
-    "routing_service": lambda file, element: file.routing.services.append(element),
+    "routing_service": lambda file, element: file.entities.services.append(element),
 }
 _LIBRARIES: Final = tuple(kind for kind in _READERS if kind != "types")
 _HARMLESS: Final = frozenset(("adapter_library", "plugin_library", "transformation_library"))

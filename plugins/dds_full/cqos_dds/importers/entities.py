@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.source_reading import did_you_mean, shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
-from cqos_core.model.settings import Setting
+from cqos_core.model.settings import Cases, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Room, Scope, Topic
 from cqos_dds.importers.leases import CONNEXT, LEASE, lease_in
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
 from cqos_dds.importers.xml_values import flag, not_set
+from cqos_dds.policies import OF_COMPILER
 from cqos_dds.requested_policies import TYPE_EXTENSIBILITY
 
 if TYPE_CHECKING:
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     from cqos_dds.importers.xml_values import XmlReading
 
 _MOST_BASES: Final = 64
+_NOT_STATED: Final = Cases(
+    "what a type is whose definition states no extensibility", (("final", "final"), ("appendable", "appendable"))
+)
+"""No compiler makes such a type mutable."""
 PARTICIPANT_LIBRARIES: Final = ("domain_participant_library", "participant_library")
 _REGISTER: Final = ("register_type", "registered_type")
 
@@ -88,6 +93,7 @@ class Entities:
 
     Attributes:
         beside: returns what those of the files read together with this one define that hold a word.
+        services: the routing services of the file.
     """
 
     def __init__(
@@ -102,6 +108,7 @@ class Entities:
         self.keyed: dict[str, bool] = {}
         self.extensibility: dict[str, str] = {}
         self.elsewhere: set[str] = set()
+        self.services: list[Element] = []
 
     # What the file defines
 
@@ -131,7 +138,7 @@ class Entities:
                 self.reading.problem("CQ012", message, element, "keep one of them")
 
     def types(self, element: Element, scope: str = "") -> None:
-        """Remember of each data type whether it has keys, and how it may grow if the file states that."""
+        """Remember of each data type whether it has keys, and how it may grow; empty if the file does not state that."""
         for child in elements(element):
             name = f"{scope}{(child.get('name') or '').strip()}"
             if local(child) == "module":
@@ -141,8 +148,10 @@ class Entities:
             elif local(child) == "struct":
                 base = (child.get("baseType") or "").strip()
                 own = any(flag(member.get("key")) for member in children(child, "member"))
-                if stated := (child.get("extensibility") or "").strip():
-                    self.extensibility[name] = stated
+                bases = [each for each in (f"{scope}{base}", base) if each in self.extensibility] if base else []
+                stated = (child.get("extensibility") or "").strip() or next(map(self.extensibility.get, bases), None)
+                if stated or bases or not base:  # what a base in another file states is not known
+                    self.extensibility[name] = stated or ""
                 self.keyed[name] = own or self.keyed.get(base, False) or self.keyed.get(f"{scope}{base}", False)
 
     def defined(self, kind: Literal["domains", "participants"], name: str) -> Element | None:
@@ -158,6 +167,11 @@ class Entities:
         found = [each for each in self.beside(name.rpartition(SEPARATOR)[2]) if name in getattr(each, kind)]
         near = [each for each in found if _folder(each) == _folder(self)] or found
         return near[0] if len(near) == 1 else None
+
+    def defines_profile(self, name: str) -> bool:
+        """Return whether this file, or one beside it, has a profile or QoS of that name."""
+        files = (self, *self.beside(name.rpartition(SEPARATOR)[2]))
+        return any(name in names for each in files for names in (each.profiles.stated, each.profiles.others))
 
     @cached_property
     def bases(self) -> set[str]:
@@ -344,8 +358,13 @@ class Entities:
         file = self if name in self.extensibility else self.definer("extensibility", name) if name else None
         if file is None:
             return {}
-        stated = Setting(file.extensibility[name], self.reading.place(endpoint.own), derived=True)
-        return {TYPE_EXTENSIBILITY.name: stated}
+        stated, place = file.extensibility[name], self.reading.place(endpoint.own)
+        setting = (
+            Setting(stated, place, derived=True)
+            if stated
+            else Setting(OF_COMPILER, place, unknown=_NOT_STATED, derived=True)
+        )
+        return {TYPE_EXTENSIBILITY.name: setting}
 
     def qos(self, chain: Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
         """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.source_reading import shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
 from cqos_core.model.settings import Setting
-from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope
+from cqos_core.model.system import EVERYBODY, ImportNote, Profile, ProfileRef, Room, Scope
 from cqos_core.packs import normalise
 from cqos_dds.importers.leases import CONNEXT, ParticipantProfile, lay_leases, lease_in
 from cqos_dds.importers.policy_forms import (
@@ -27,12 +27,14 @@ from cqos_dds.importers.policy_forms import (
     SPELLINGS,
     WRITER,
 )
-from cqos_dds.importers.unmodelled import DDS_XML_PARTICIPANT, lay_over_participants
+from cqos_dds.importers.unmodelled import DDS_XML_PARTICIPANT, lay_extensions, lay_over_participants
 from cqos_dds.importers.xml_values import flag, not_set
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.settings import Place, Settings
     from cqos_dds.importers.xml_values import XmlReading
@@ -45,6 +47,7 @@ _BESIDE: Final = re.compile(
 )
 _KNOWN: Final = frozenset(normalise(name) for each, preset in PRESETS.items() for name in (each, *preset.aliases))
 _ANY: Final = "*"
+_BASE_PATHS: Final = frozenset(("base_name", "base_name/element"))
 _MOST_FILTERS: Final = 1000
 
 
@@ -72,6 +75,8 @@ class QosLibraries:
     Attributes:
         default: name of the profile that counts where an entity of the file names none.
         leases: the leases of participants, by the profile that states them.
+        others: the names of QoS of participants and topics that stand in a library by themselves.
+        based: what may state a base of the QoS of participants, with its library and the pattern of participants that take it.
     """
 
     def __init__(self, reading: XmlReading) -> None:
@@ -79,6 +84,8 @@ class QosLibraries:
         self.stated: dict[str, _Stated] = {}
         self.default: str | None = None
         self.leases: dict[str, Setting] = {}
+        self.others: set[str] = set()
+        self.based: list[tuple[Element, str, str]] = []
 
     def library(self, element: Element) -> None:
         """Read one ``qos_library``."""
@@ -103,8 +110,10 @@ class QosLibraries:
             if part in PARTS:
                 stated.parts.setdefault(part, []).append(child)
             elif part in OTHER_ENTITIES:
-                self.other(child, part)
+                self.other(child, part, library=library)
                 self.lease(child, name)
+                if part == PARTICIPANT:
+                    self.based.append((element, library, _ANY))
             elif local(child) != "base_name":
                 self.not_read(child, stated)
 
@@ -120,8 +129,10 @@ class QosLibraries:
         """Read the QoS of an entity that stands in a library by itself."""
         part = part_of(element)
         if part in OTHER_ENTITIES:
-            self.other(element, part)
-            self.lease(element, _full((element.get("name") or "").strip(), library))
+            name = _full((element.get("name") or "").strip(), library)
+            self.others.add(name)
+            self.other(element, part, library=library)
+            self.lease(element, name)
             return
         name = _full(self.reading.name(element), library)
         known = self.stated.get(name)
@@ -138,11 +149,12 @@ class QosLibraries:
             self.reading.problem("CQ012", message, element, "keep one of them")
         return stated
 
-    def other(self, element: Element, part: str, participant: str = "*") -> None:
+    def other(self, element: Element, part: str, participant: str = _ANY, library: str = "") -> None:
         """Read what no endpoint takes values from, for what is wrong with it, and for what it may decide of participants."""
         self.reading.policies(element, OMG, OTHER_ENTITIES[part], {})
         if part == PARTICIPANT:
-            found = DDS_XML_PARTICIPANT.undecided(element, "")
+            self.based.append((element, library, participant))
+            found = [each for each in DDS_XML_PARTICIPANT.undecided(element, "") if each[0] not in _BASE_PATHS]
             reading = self.reading
             reading.parts += lay_over_participants(
                 reading.system, reading.placed(found), ("connext", "standard"), participant=participant
@@ -170,21 +182,31 @@ class QosLibraries:
 
     def bases(self, element: Element, library: str) -> list[ProfileRef]:
         """Return what a profile, or a single QoS, is based on; a later one wins over an earlier one."""
-        named = [(element.get("base_name") or "", element)]
-        for listing in children(element, "base_name"):
-            named += [(text_of(each), each) for each in elements(listing)] or [(text_of(listing), listing)]
         found = []
-        for name, where in named:
-            if name.strip():
-                full = name.strip() if SEPARATOR in name else _full(name.strip(), library)
-                if _BESIDE.fullmatch(full):
-                    continue
-                place = self.reading.place(where)
-                if cause := self.not_known(full, where):
-                    found += self.unknown_base(full, place, *cause)
-                else:
-                    found += [ProfileRef(full, place, scope) for scope in _scopes(full)]
+        for full, where in _named_bases(element, library):
+            if _BESIDE.fullmatch(full):
+                continue
+            place = self.reading.place(where)
+            if cause := self.not_known(full, where):
+                found += self.unknown_base(full, place, *cause)
+            else:
+                found += [ProfileRef(full, place, scope) for scope in _scopes(full)]
         return found
+
+    def leave_participants_open(self, defined: Callable[[str], bool]) -> None:
+        """Leave unknown what participants take from a base that is not ``defined`` in any file."""
+        for element, library, participant in self.based:
+            for name, where in _named_bases(element, library):
+                if _BUILT_IN.fullmatch(name) or defined(name):
+                    continue
+                place, open_text = self.reading.place(where), not_set(name)
+                cause = f"the base {shown(name)} of the QoS of participants is {f'not known: {open_text}' if open_text else 'in none of the files'}"
+                # The base of a whole profile is reported by what else takes it.
+                if not open_text and part_of(element) == PARTICIPANT and self.reading.is_new(cause, place):
+                    advice = "check the file that defines it together with this one"
+                    self.reading.system.notes.append(ImportNote("CQ204", "error", cause, place, advice))
+                unknown = Setting(name, place, unknown=cause, reported="" if open_text else "CQ204")
+                lay_extensions(self.reading.system, unknown, ("connext", "standard"), participant)
 
     def not_known(self, name: str, where: Element) -> tuple[str, str] | None:
         """Why a base cannot be looked up, and the code under which that is reported; None where it can be."""
@@ -261,6 +283,16 @@ def _scopes(base: str) -> tuple[Scope, ...]:
     if not _BUILT_IN.fullmatch(base):
         return (EVERYBODY,)
     return tuple(Scope(PARTS[part][1], part=part) for part in (WRITER, READER))
+
+
+def _named_bases(element: Element, library: str) -> Iterator[tuple[str, Element]]:
+    """Yield the full name of each base that an element states, and where; a later one wins over an earlier one."""
+    named = [(element.get("base_name") or "", element)]
+    for listing in children(element, "base_name"):
+        named += [(text_of(each), each) for each in elements(listing)] or [(text_of(listing), listing)]
+    for name, where in named:
+        if name.strip():
+            yield name.strip() if SEPARATOR in name else _full(name.strip(), library), where
 
 
 def part_of(element: Element) -> str:

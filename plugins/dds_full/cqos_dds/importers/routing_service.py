@@ -6,9 +6,8 @@ and processors are named as parts that are not read: what they carry is a progra
 
 from __future__ import annotations
 
-import fnmatch
 import glob
-import re
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.source_reading import listed, shown
@@ -20,6 +19,7 @@ from cqos_dds.importers.entities import Chain
 from cqos_dds.importers.leases import LEASE
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import part_of
+from cqos_dds.importers.topic_filters import expressions, in_both, patterns
 from cqos_dds.importers.unmodelled import leave_losses_open
 from cqos_dds.importers.xml_values import not_set
 
@@ -82,11 +82,10 @@ class RoutingServices:
     def __init__(self, reading: XmlReading, entities: Entities) -> None:
         self.reading = reading
         self.entities = entities
-        self.services: list[Element] = []
 
     def make(self) -> None:
         """Make the bridge of the service; of several in one file an option of its command line takes one."""
-        running = [each for each in self.services if _enabled(each)]
+        running = _running(self.entities)
         if len(running) > 1:
             names = listed([shown(each.get("name") or "") for each in running], "and")
             message = f"the file has the routing services {names}, and which of them runs is not known"
@@ -99,7 +98,7 @@ class RoutingServices:
 
     def service(self, service: Element) -> None:
         """Make the bridge of one service."""
-        name = (service.get("name") or "").strip() or _SECTION
+        name = self.id(_name(service))
         routes: list[Route] = []
         for child in elements(service):
             if local(child) == "domain_route":
@@ -108,6 +107,17 @@ class RoutingServices:
             elif local(child) not in _TOOLS:
                 self.not_read(child, "C-QoS does not know what it does")
         self.reading.system.bridges[name] = Bridge(name, tuple(routes), place=self.reading.place(service))
+
+    def id(self, name: str) -> str:
+        """Return the id of a service, which tells it from those of the same name in files beside this one."""
+        others = [
+            each.reading.source.name
+            for each in self.entities.beside(name)
+            if [_name(service) for service in _running(each)] == [name]
+        ]
+        own = self.reading.source.name
+        stem = PurePath(own).stem
+        return f"{name} ({own if stem in {PurePath(each).stem for each in others} else stem})" if others else name
 
     def domain_route(self, route: Element, service: str) -> Iterator[Route]:
         """Yield the routes between the domains of a domain route."""
@@ -181,7 +191,7 @@ class RoutingServices:
         """Yield the way from an input to an output of a route, each with its participant."""
         filters = _filters(source[0].element, target[0].element) if automatic else ((), ())
         if filters is None:
-            self.not_read(route, "which topics the filters of both sides let through together is not known")
+            self.not_read(route, "the filters of both sides have too many parts to tell what they let through together")
             return
         start, end = (self.endpoint(*each, automatic=automatic) for each in (source, target))
         yield Route(start, end, self.reading.place(route), *filters)
@@ -253,6 +263,15 @@ class RoutingServices:
         self.reading.parts.append(Part("route", path, cause, self.reading.place(element), endpoints))
 
 
+def _running(file: Entities) -> list[Element]:
+    """Return the services of a file that are not switched off."""
+    return [each for each in file.services if _enabled(each)]
+
+
+def _name(service: Element) -> str:
+    return (service.get("name") or "").strip() or _SECTION
+
+
 def _enabled(element: Element) -> bool:
     return (element.get("enabled") or "").strip().lower() not in _NO
 
@@ -264,25 +283,10 @@ def _text(element: Element, tag: str) -> str:
 
 def _filters(source: Element, target: Element) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """Return regular expressions of the topics that an automatic route carries, and of those that it does not; None: not known."""
-    first, second = (_patterns(side, "allow_topic_name_filter") or [_ANY] for side in (source, target))
-    both = []
-    for one in first:
-        for other in second:
-            if fnmatch.fnmatchcase(one, other):
-                both.append(one)
-            elif fnmatch.fnmatchcase(other, one):
-                both.append(other)
-            elif all(not {*each}.isdisjoint("*?[") for each in (one, other)):
-                return None
-    denied = [each for side in (source, target) for each in _patterns(side, "deny_topic_name_filter")]
-    only = () if _ANY in both else tuple(dict.fromkeys(map(_expression, both))) or ("",)
-    return only, tuple(dict.fromkeys(map(_expression, denied)))
-
-
-def _expression(pattern: str) -> str:
-    """Return the regular expression of a shell pattern."""
-    return re.sub(r"\\Z|\\z", "", fnmatch.translate(pattern))
-
-
-def _patterns(side: Element, tag: str) -> list[str]:
-    return [each.strip() for each in _text(side, tag).split(",") if each.strip()]
+    first, second = (patterns(_text(side, "allow_topic_name_filter") or _ANY) for side in (source, target))
+    both = in_both(first, second)
+    if both is None:
+        return None
+    denied = [each for side in (source, target) for each in patterns(_text(side, "deny_topic_name_filter"))]
+    only = () if both == patterns(_ANY) else expressions(both) or ("",)
+    return only, expressions(denied)

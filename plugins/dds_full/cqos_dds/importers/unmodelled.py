@@ -682,19 +682,25 @@ def lay_over_participants(
     for _, place, effect in found:
         if effect == "delivery":
             leave_losses_open(settings, place)
-    for implementation in implementations if settings else ():
+    if settings:
+        lay_extensions(system, settings[EXTENSIONS.name], implementations, participant)
+    return [Part(kind, path, EFFECTS[effect], place, 0) for path, place, effect in found if effect != "delivery"]
+
+
+def lay_extensions(system: System, setting: Setting, implementations: Iterable[str], participant: str) -> None:
+    """Lay what the QoS of participants leaves open over their endpoints."""
+    for implementation in implementations:
         system.overlays.append(
             Overlay(
                 "QoS of participants",
-                settings,
+                {EXTENSIONS.name: setting},
                 participant=participant,
                 protocol="dds",
                 when=("implementation", implementation),
                 fills=("default", MAY_LOSE),  # what the QoS of endpoints leaves open, but not what a person states
-                place=settings[EXTENSIONS.name].place,
+                place=setting.place,
             )
         )
-    return [Part(kind, path, EFFECTS[effect], place, 0) for path, place, effect in found if effect != "delivery"]
 
 
 def _unknown(paths: Iterable[str], place: Place) -> Setting:

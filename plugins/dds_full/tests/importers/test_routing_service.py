@@ -3,6 +3,7 @@
 import pytest
 
 from cqos_core import check
+from cqos_core.files.inputs import read
 
 SYSTEM = b"""cqos: 1
 protocol: dds
@@ -54,13 +55,25 @@ def outcome(found):
         (automatic(), b"reliable", ("compatible", [])),
         (automatic("C*"), b"reliable", ("compatible", [])),
         (automatic("X,Cm?", second="C*"), b"reliable", ("compatible", [])),
+        (automatic("[CS]*", second="[CS]*"), b"reliable", ("compatible", [])),
+        (automatic("C*", second="*d"), b"reliable", ("compatible", [])),
+        (automatic("[A-M]*[!x]", second="?[m]*"), b"reliable", ("compatible", [])),
+        (automatic("*C*m*", second="*m*d*"), b"reliable", ("compatible", [])),
+        (automatic(deny="*x*x*"), b"reliable", ("compatible", [])),
     ],
 )
 def test_a_route_is_a_bridge_between_domains(tmp_path, routes, reliability, expected):
     assert outcome(report(tmp_path, service(routes), reliability)) == expected
 
 
-@pytest.mark.parametrize("routes", [automatic("X*"), automatic(deny="C*"), automatic("X", second="Y"), ""])
+@pytest.mark.parametrize(
+    "routes",
+    [
+        *(automatic("X*"), automatic(deny="C*"), automatic("X", second="Y"), ""),
+        *(automatic("C*", second="C?"), automatic("C?", second="C*"), automatic("C?", second="?d")),
+        *(automatic("[CS]*", second="[!C]*"), automatic("[*]md", second="*"), automatic(deny="*m*d")),
+    ],
+)
 def test_a_topic_that_no_route_carries_never_meets(tmp_path, routes):
     found = report(tmp_path, service(routes))
     assert found.verdict_words == "unknown"
@@ -77,7 +90,7 @@ def test_old_names_of_participants_and_routes_that_are_off(tmp_path):
 @pytest.mark.parametrize(
     ("xml", "parts"),
     [
-        (service(automatic("C*", second="*d")), ["routing_service/auto_topic_route"]),
+        (service(automatic("*" + "a*" * 12, second="*" + "b*" * 12)), ["routing_service/auto_topic_route"]),
         (service(topic_route() + "<no_schema_has_this/>"), ["routing_service/no_schema_has_this"]),
         (service(topic_route(inner="<no_schema_has_this/>")), ["routing_service/no_schema_has_this"]),
         (
@@ -124,3 +137,28 @@ def test_a_content_filter_may_lose_samples(tmp_path):
 def test_several_services_in_one_file_are_a_warning(tmp_path):
     found = report(tmp_path, service(topic_route()) + service(topic_route(), "Q"))
     assert "DDS908" in [each.code for each in found.findings]
+
+
+@pytest.mark.parametrize(
+    ("files", "ids"),
+    [
+        (("one.xml", "two.xml"), ["R (one)", "R (two)"]),
+        (("one/rs.xml", "two/rs.xml"), ["R (one/rs.xml)", "R (two/rs.xml)"]),
+        (("one.xml",), ["R"]),
+    ],
+)
+def test_services_of_one_name_in_two_files_are_two(tmp_path, monkeypatch, files, ids):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.yaml").write_bytes(SYSTEM % b"reliable")
+    for number, name in enumerate(files):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        domains = [f"<domain_id>{2 * number + side}</domain_id>" for side in (0, 1)]
+        text = service(topic_route()).replace("<domain_id>0</domain_id>", domains[0])
+        text = text.replace("<domain_id>1</domain_id>", domains[1]) if number else text
+        (tmp_path / name).write_text(f"<dds>{text}</dds>", encoding="utf-8")
+    found = check("s.yaml", *files)
+    assert "CQ060" not in [each.code for each in found.findings]
+    assert outcome(found) == ("compatible", [])
+    readers = {name.partition("/D/")[0] for group in found.groups for name in group.subscribers if "/D/" in name}
+    assert readers == {ids[0]}
+    assert sorted(read(*files).bridges) == ids
