@@ -78,6 +78,30 @@ def test_a_chain_over_three_closes_under_the_names_that_all_carry():
     assert loops(*chain) == []
 
 
+@pytest.mark.parametrize(
+    ("only", "but"),
+    [
+        (".*", r"^rti/[^/]*$"),
+        ("^sensors/.*$", "x"),
+        ("(?i)SENSORS/.*", "x"),
+        ("(?s:.*)", "x"),
+        (r"(?P<town>\w+)/.*", "x"),
+        (r"\x41.*", "x"),
+        ("[[:alpha:]]+", "x"),
+        (r"\Asensors/.*\z", "x"),
+        (r"\bsensors\b.*", "x"),
+        ("[a-z]{200}", "x"),
+        (r"\p{Lu}.*", r"\p{Lu}"),
+        (r"\QA.b\E.*", "x"),
+    ],
+)
+def test_a_loop_is_found_however_its_expressions_are_written(only, but):
+    both = [route(("1", "*"), ("2", "*"), (only,), (but,)), route(("2", "*"), ("1", "*"), (only,), (but,))]
+    assert len(loops(both, both)) == 1
+    other = [route(("1", "*"), ("2", "*"), (only,), (but,)), route(("2", "*"), ("1", "*"), (but,), (only,))]
+    assert loops(other, other) == []
+
+
 def test_one_direction_is_no_loop():
     assert loops(*[[route((town, "*"), (after, "*"))] for town, after in ("12", "13", "23")]) == []
 
@@ -145,8 +169,23 @@ def test_a_loop_is_found_if_and_only_if_a_name_goes_round(bridges):
         (("a{2,3}b+?", "(?:aaa|c)[^c]{2}"), "aaabb"),
         ((r"\d+", "[a-z]+"), None),
         ((r"[\w-]+\.x", r"y.*"), "y.x"),
-        (("(?i)a",), None),  # not read here
+        (("(?i)a",), "A"),
         (("a*", "b*"), None),
+        (("^sensors/.*$", ".*/y"), "sensors/y"),
+        ((r"\Aa|b\z", "[^a]"), "b"),
+        (("a^b|a$b|c", "."), "c"),
+        (("(?s:a.b)", "(?P<name>a)(?<other>.)b"), "axb"),
+        (("(?i:A(?-i)B)c", "[a-z]B[a-z]"), "aBc"),
+        ((r"\x41\x{42}\103", "[A-C]{3}"), "ABC"),
+        (("[[:alpha:]]+[[:^alpha:]_]", ".1"), "x1"),
+        ((r"x\b/\by", "..?y"), "x/y"),
+        ((r"x\B.", r"x\b.|xy"), "xy"),
+        ((r"x\b\w",), None),
+        (("a{200}", "a{100,}"), "a" * 200),
+        (("a{b?", "a."), "a{"),
+        ((r"\pL/status", r"[^/]*/.*"), "x/status"),  # not read here, so guessed
+        ((r"\p{Greek}+",), "\u03b1"),
+        ((r"\pN", r"[a-z]"), None),
     ],
 )
 def test_a_text_that_several_expressions_allow(expressions, found):

@@ -16,7 +16,6 @@ from cqos_core.matching.hops import FollowingHops, PeerIndex
 from cqos_core.matching.routes import expanded
 from cqos_core.matching.topic_groups import equal_in_pairs, key_at
 from cqos_core.model.common_texts import Allowed, common_text
-from cqos_core.model.re2_patterns import any_name_matcher
 from cqos_core.model.system import MESSAGE, SUBSCRIBER
 from cqos_core.resolving.resolver import Resolver
 
@@ -106,10 +105,10 @@ class _Journey(NamedTuple):
         """Return what a route makes of one name; None if it is not among these, or not carried."""
         first, conditions = self.first, self.conditions
         now, carried = self.now.part(name), step.source.part(name)
-        if now is None or carried is None or not _carries(step.route, name):
+        if now is None or carried is None or not Allowed("", "", step.route.only, step.route.but)(name):
             return None
         if self.now.after is not None:
-            if not all(_allows(each, now) for each in conditions):
+            if not all(allows(now) for allows in conditions):
                 return None
             first, conditions = Names(first.with_part(now), None), frozenset()
         return _Journey(first, Names(step.target.with_part(carried), None), conditions)
@@ -132,7 +131,7 @@ class _Journey(NamedTuple):
         first, now, conditions = self
         if now.after is None:
             part = first.part(now.before)
-            return now.before if part is not None and all(_allows(each, part) for each in conditions) else None
+            return now.before if part is not None and all(allows(part) for allows in conditions) else None
         if first != now:
             return None
         part = common_text(conditions)
@@ -341,12 +340,3 @@ def _overlap(one: Names, other: Names) -> bool:
 def _one_begins(one: str, other: str) -> bool:
     """Whether one text is the beginning of the other."""
     return one.startswith(other) or other.startswith(one)
-
-
-def _carries(route: Route, name: str) -> bool:
-    return (not route.only or any_name_matcher(route.only)(name)) and not any_name_matcher(route.but)(name)
-
-
-def _allows(condition: Allowed, part: str) -> bool:
-    name = f"{condition.before}{part}{condition.after}"
-    return (not condition.only or any_name_matcher(condition.only)(name)) and not any_name_matcher(condition.but)(name)

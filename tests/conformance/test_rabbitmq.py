@@ -133,6 +133,27 @@ def test_dots_and_stars_change(broker, name, arrives):
     assert ("MQTT624" in codes(system({"qos": 1}, {"qos": 1}, name))) is (name != arrives)
 
 
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        *product(("a.b",), ("+", "#", "a.b", "a.b/#")),
+        *product(("x/a.b",), ("x/+", "x/#", "+/a.b")),
+        *product(("a/*",), ("a/+", "a/*")),
+        *product(("a.c/c/d",), ("+/c/#", "+/c/d", "a.c/+/+")),
+    ],
+)
+def test_dots_make_levels(broker, name, written):
+    subscriber, publisher = Client(broker, V3), Client(broker, V3)
+    subscriber.subscribe([(written, 1), ("end", 1)])
+    publisher.publish(name, 1)
+    publisher.publish("end", 1)
+    subscriber.wait(1)
+    arrived = len(subscriber.collect()) == 2
+    found = check(system({"qos": 1}, {"qos": 1}, name, written), importer="yaml")
+    assert ("MQTT625" in {each.code for each in found.findings}) is not arrived
+    assert bool(found.groups and found.groups[0].topic) is arrived
+
+
 def test_it_refuses_version_5(broker):
     if version().startswith("3.10."):
         client = Client(broker, V5)

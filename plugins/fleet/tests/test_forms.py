@@ -30,7 +30,7 @@ WITHOUT_FORM = {
         *("DDS112", "DDS114", "DDS225", "DDS311", "DDS321", "DDS326", "DDS327", "DDS343", "DDS344", "DDS345", "DDS355"),
         *("DDS403", "DDS404", "DDS407", "DDS408"),
     },
-    "mqtt": {"MQTT621"},
+    "mqtt": {"MQTT621", "MQTT625"},
 }
 """Rules of pairs and endpoints that are asked in Python, beside those of guarantees."""
 

@@ -269,6 +269,25 @@ UNREADABLE: Final = Policy(
     roles=SUBSCRIPTION,
     derived=Derived(),
 )
+TOPIC_AT_BROKER: Final = Policy(
+    "topic_at_broker",
+    Text(),
+    "",
+    "The topic as the broker changes its dots and stars, empty where it does not; derived from the topic and the broker's `dots_separate`.",
+    "RabbitMQ 3.10.8, by running it",
+    roles=PUBLICATION,
+    derived=Derived(),
+)
+FILTER_AT_BROKER: Final = Policy(
+    "filter_at_broker",
+    Text(),
+    "",
+    "A filter with wildcards as the broker changes its dots and stars, empty where it does not; derived from the topic and the broker's "
+    "`dots_separate`.",
+    "RabbitMQ 3.10.8, by running it",
+    roles=SUBSCRIPTION,
+    derived=Derived(),
+)
 _FILLS: Final = (
     *("qos", "max_payload", "taken_every", "granted_qos", "maximum_qos"),
     *("max_queued_messages", "max_queued_bytes", "queue_qos0_messages"),

@@ -19,7 +19,8 @@ _PLAIN: Final = re.compile(r"[^$+#\0\x80-\U0010ffff][^+#\0\x80-\U0010ffff]{0,999
 
 def reads(written: str) -> str:
     """Return what the pack reads of a name or filter: its bytes, and whether it is valid, shared, reserved, or has wildcards or dots."""
-    dotted = "." if "." in written or "*" in written else ""
+    # A broker may take dots for slashes; which filters then match follows from where they are.
+    dotted = "/".join(each if "." in each or "*" in each else "" for each in written.split("/"))
     if _PLAIN.fullmatch(written):
         return f"{len(written)}{dotted}"
     valid = f"{wrong_with_name(written) is None:d}{wrong_with_filter(written) is None:d}"

@@ -49,6 +49,7 @@ FUNCTIONS: Final = (
     Function("is_filter", names.is_filter, "Whether a text is a valid filter."),
     Function("is_topic", names.is_topic, "Whether a text is a valid name of a topic."),
     Function("may_read", names.may_read, "Whether a topic is among what may be read and not among what may not."),
+    Function("filter_matches", filters.matches, "Whether a filter matches a topic."),
     Function("hears", names.hears, "Whether some of a list of filters matches a topic."),
 )
 

@@ -56,12 +56,16 @@ def complete(
         facts = _of_the_client(client, [endpoint for _, endpoint in own])
         if client in separating and any(_has_dots(each.topic or "") for _, each in own):
             facts["dotted"] = _TRUE
+        for position, endpoint in own if client in separating else ():
+            of_endpoints[position].update(_at_broker(endpoint))
         if facts:
             of_participants.setdefault(client, {}).update(facts)
         if len(own) > 1:
             _of_several(own, of_endpoints)
     wills = list(_wills(participants, by_client))
     sent = {each.participant: each for each in wills}
+    for client in separating & sent.keys():
+        sent[client].settings.update(_at_broker(sent[client]))
     clients = {each.id: each for each in participants}
     controls = _controls(brokers)
     for client, participant in clients.items() if controls else ():
@@ -199,6 +203,18 @@ def _with_dollar(topic: str) -> tuple[str, ...]:
 
 def _has_dots(topic: str) -> bool:
     return "." in topic or "*" in topic
+
+
+def _at_broker(endpoint: KnownEntity | Endpoint) -> dict[str, Setting]:
+    """Say what a broker that takes a dot for a slash makes of a topic, where its filters may then match others."""
+    topic = endpoint.topic or ""
+    changed = topic.replace(".", "/").replace("*", "+")
+    if endpoint.role == SUBSCRIBER:
+        return {"filter_at_broker": _derived(bare(changed))} if has_wildcards(bare(topic)) else {}
+    if not _has_dots(topic):
+        return {}
+    unknown = f"which topics `{topic}` stands for, and where they have dots" if has_wildcards(topic) else ""
+    return {"topic_at_broker": Setting(changed, unknown=unknown, derived=True)}
 
 
 def _of_the_topic(endpoint: KnownEntity) -> dict[str, Setting]:

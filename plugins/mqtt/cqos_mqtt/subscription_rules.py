@@ -24,6 +24,7 @@ from cqos_mqtt.conditions import in_3_1_1
 from cqos_mqtt.connection_policies import DOTTED, SESSION
 from cqos_mqtt.endpoint_policies import (
     CONTROLLED,
+    FILTER_AT_BROKER,
     MAY_PUBLISH,
     NEEDS_RETAIN_FLAG,
     NO_LOCAL,
@@ -36,6 +37,7 @@ from cqos_mqtt.endpoint_policies import (
     RETAIN_HANDLING,
     SHARED,
     SUBSCRIPTION_ID,
+    TOPIC_AT_BROKER,
     UNREADABLE,
 )
 from cqos_mqtt.policies import BROKER, TOPIC_NAME
@@ -165,6 +167,15 @@ FILTERS: Final = (
         name="not-allowed",
         because="the access control of the broker does not let the one publish there, or the other read it",
         clause="Mosquitto, mosquitto.conf(5), acl_file",
+    ),
+    matched_if(
+        (requested(FILTER_AT_BROKER) == "")
+        | (offered(TOPIC_AT_BROKER) == "")
+        | call("filter_matches", requested(FILTER_AT_BROKER), offered(TOPIC_AT_BROKER)),
+        code="MQTT625",
+        name="dots-make-levels",
+        because="the broker takes a dot for a slash and a star for a plus sign, and the filter does not match the topic that comes of it",
+        clause="RabbitMQ, MQTT plugin, topic level separator; RabbitMQ 3.10.8, by running it",
     ),
     matched_if(
         publisher(BROKER) == subscriber(BROKER),

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from cqos_core import Broker, Report, Session, Setting, Severity, check, check_p
 from cqos_core.packs import LINK, WORDS, parse
 from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.guarantee import FAULTS, faults_of, unstated
+from cqos_mqtt.names import PATTERN
 from cqos_mqtt.pack import PACK
 from tests.explained_values import side
 
@@ -515,3 +517,11 @@ participants:
     )
     (finding,) = [each for each in report.findings if each.code == "MQTT204"]
     assert any("maximum_qos" in each.text for each in finding.remedies) is changed
+
+
+@pytest.mark.parametrize(("broker", "verdict"), [("rabbitmq_3_10", "unknown"), ("mosquitto", "compatible")])
+def test_how_many_levels_dots_make_in_a_pattern_of_topics_is_not_known(broker, verdict):
+    clients = {"p": {"publishes": {"a.b/c": {}}}, "s": {"subscribes": {"a.b/+": {}}}}
+    system = read(text(brokers={"main": {"profile": broker}}, participants=clients), importer="yaml")
+    system.endpoints[0] = replace(system.endpoints[0], topic="a.b/+", kind=PATTERN)
+    assert check(system).verdict == verdict

@@ -36,6 +36,12 @@ def automatic(allow="*", deny="rti/*", second="*"):
     return f"<auto_topic_route>{start}{end}</auto_topic_route>"
 
 
+def both_ways(name, **filters):
+    there = automatic(**filters)
+    back = there.replace('output participant="2"', 'output participant="1"')
+    return service(there + back.replace('input participant="1"', 'input participant="2"'), name=name)
+
+
 def report(tmp_path, xml, reliability=b"reliable"):
     (tmp_path / "s.yaml").write_bytes(SYSTEM % reliability)
     (tmp_path / "rs.xml").write_text(f"<dds>{xml}</dds>", encoding="utf-8")
@@ -162,3 +168,11 @@ def test_services_of_one_name_in_two_files_are_two(tmp_path, monkeypatch, files,
     readers = {name.partition("/D/")[0] for group in found.groups for name in group.subscribers if "/D/" in name}
     assert readers == {ids[0]}
     assert sorted(read(*files).bridges) == ids
+
+
+@pytest.mark.parametrize("filters", [{}, {"deny": ""}, {"allow": "X,Cm?", "second": "C*"}])
+def test_two_services_that_carry_both_ways_are_a_loop(tmp_path, filters):
+    (tmp_path / "q.xml").write_text(f"<dds>{both_ways('Q', **filters)}</dds>", encoding="utf-8")
+    alone = report(tmp_path, both_ways("R", **filters))
+    together = check(*(tmp_path / each for each in ("s.yaml", "rs.xml", "q.xml")))
+    assert ["CQ503" in outcome(each)[1] for each in (alone, together)] == [False, True]

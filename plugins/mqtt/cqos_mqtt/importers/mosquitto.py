@@ -50,7 +50,7 @@ class Line(NamedTuple):
     refused: str = ""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Listener:
     """Where clients connect, with what holds there only."""
 
@@ -78,7 +78,8 @@ class _Reader(FileImporter):
         self.bridges: dict[str, list[Line]] = {}
         self.connection: list[Line] | None = None
         self.packet_limits: dict[str, str] = {}
-        self.undecided: dict[str, Line] = {}  # of equal ones the last
+        # Of equal ones the last, but each listener has its own.
+        self.undecided: dict[tuple[_Listener | None, str], Line] = {}
 
     def run(self) -> None:
         """Read all directives."""
@@ -179,7 +180,7 @@ class _Reader(FileImporter):
     def unread(self, line: Line) -> None:
         """Remember a directive that may decide; report one that Mosquitto does not know."""
         if line.name in UNDECIDED:
-            self.undecided[line.name] = line
+            self.undecided[self.listener if UNDECIDED[line.name].of_listener else None, line.name] = line
         elif line.name not in CANNOT_MATTER and not line.name.startswith(_OPTIONS_OF_PLUGINS):
             self.misspelt(line, looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS, *UNDECIDED, *CANNOT_MATTER)))
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.model.settings import EVERY_OTHER, Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route
 from cqos_mqtt.filters import has_wildcards, intersection, wrong_wildcards
-from cqos_mqtt.importers.mosquitto_directives import CANNOT_MATTER, UNDECIDED_OF_BRIDGES
+from cqos_mqtt.importers.mosquitto_directives import ADDRESSES, CANNOT_MATTER, UNDECIDED_OF_BRIDGES
 from cqos_mqtt.names import PATTERN
 from cqos_mqtt.sessions import BRIDGE_STATES
 
@@ -38,8 +38,7 @@ _TAKES_BACK: Final = "own"
 TAKEN: Final = frozenset(
     (
         *(
-            "address",
-            "addresses",
+            *ADDRESSES,
             "bridge_outgoing_retain",
             "bridge_protocol_version",
             "bridge_session_expiry_interval",
@@ -83,9 +82,12 @@ def add_bridge(reading: FileImporter, local_broker: str, name: str, lines: Seque
     refused = [line for line in lines if line.refused]
     lines = [line for line in lines if not line.refused]
     stated = {line.name: line for line in lines if line.name != "topic"}
-    address = stated.get("address") or stated.get("addresses")
-    if address is None:
+    addresses = [line for line in lines if line.name in ADDRESSES]
+    if not addresses:
         raise ValueError("a connection needs an `address`", lines[0])
+    if len(addresses) > 1:
+        raise ValueError("another line has the addresses of the connection", addresses[1])
+    address = addresses[0]
     host, port = _host_and_port(address.value.split()[0])
     remote_broker = f"{host}:{port}"
     system.brokers.setdefault(remote_broker, Broker(remote_broker, "mqtt", place=address.place))
@@ -122,7 +124,7 @@ def add_bridge(reading: FileImporter, local_broker: str, name: str, lines: Seque
             here["brings_back"] = Setting(json.dumps(list(back)), next(iter(back.values())), derived=True)
     for line in lines:
         about = UNDECIDED_OF_BRIDGES.get(line.name)
-        several = line.name != "addresses" or len(line.value.split()) > 1
+        several = line is not address or len(line.value.split()) > 1
         if about and several and _word(line) not in about.harmless:
             message = f"`{line.name} {line.value}` {about.effect}, which is not modelled"
             reading.note("MQTT948", message, line.place)

@@ -17,18 +17,22 @@ class Undecided(NamedTuple):
         effect: what it does, after its name.
         policies: the settings of the broker that are not known with it; of a bridge all that is not stated.
         harmless: values, as they are written, with which it does nothing.
+        of_listener: whether it holds for the listener above it only.
     """
 
     effect: str
     policies: tuple[str, ...]
     harmless: tuple[str, ...] = ()
+    of_listener: bool = False
 
 
 _OFF: Final = ("false", "0")
 _UNBOUNDED: Final = ("0", "-1")
 
 UNDECIDED: Final = {
-    "accept_protocol_versions": Undecided("refuses clients of other versions", ("oldest_version", "newest_version")),
+    "accept_protocol_versions": Undecided(
+        "refuses clients of other versions", ("oldest_version", "newest_version"), of_listener=True
+    ),
     "allow_duplicate_messages": Undecided(
         "sends a message once to a client whose filters overlap", (EVERY_OTHER,), ("true", "1")
     ),
@@ -42,17 +46,24 @@ UNDECIDED: Final = {
     "memory_limit": Undecided(
         "drops messages where memory ends", ("max_queued_messages", "max_queued_bytes"), _UNBOUNDED
     ),
-    "mount_point": Undecided("puts a prefix before the topics of the clients of a listener", (EVERY_OTHER,)),
+    "mount_point": Undecided(
+        "puts a prefix before the topics of the clients of a listener", (EVERY_OTHER,), of_listener=True
+    ),
     "per_listener_settings": Undecided("lets each listener have an access control of its own", ("acl",), _OFF),
     "retain_expiry_interval": Undecided("removes retained messages after a time", ("retain_available",)),
-    "use_identity_as_username": Undecided("takes the user name from the certificate", ("acl",), _OFF),
-    "use_subject_as_username": Undecided("takes the user name from the certificate", ("acl",), _OFF),
-    "use_username_as_clientid": Undecided("takes the user name as the client id", (EVERY_OTHER,), _OFF),
+    "use_identity_as_username": Undecided("takes the user name from the certificate", ("acl",), _OFF, of_listener=True),
+    "use_subject_as_username": Undecided("takes the user name from the certificate", ("acl",), _OFF, of_listener=True),
+    "use_username_as_clientid": Undecided(
+        "takes the user name as the client id", (EVERY_OTHER,), _OFF, of_listener=True
+    ),
 }
 """Directives of the broker and of listeners that may decide."""
 
+ADDRESSES: Final = ("address", "addresses")
+"""Two words for the same: all addresses of a connection, of which it takes the first one that answers."""
+
 UNDECIDED_OF_BRIDGES: Final = {
-    "addresses": Undecided("goes on to another broker where one does not answer", ()),
+    **dict.fromkeys(ADDRESSES, Undecided("goes on to another broker where one does not answer", ())),
     "bridge_max_packet_size": Undecided("keeps larger packets from the bridge", (), _UNBOUNDED),
     "bridge_receive_maximum": Undecided("bounds the messages on their way to the bridge", ()),
     "round_robin": Undecided("goes on to another broker where one does not answer", (), _OFF),

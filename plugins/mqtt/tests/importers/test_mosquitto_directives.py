@@ -13,7 +13,7 @@ from cqos_core.model.settings import Place
 from cqos_mqtt.importers import mosquitto
 from cqos_mqtt.importers.editing import state_directives
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, TAKEN
-from cqos_mqtt.importers.mosquitto_directives import CANNOT_MATTER, UNDECIDED, UNDECIDED_OF_BRIDGES
+from cqos_mqtt.importers.mosquitto_directives import ADDRESSES, CANNOT_MATTER, UNDECIDED, UNDECIDED_OF_BRIDGES
 
 OF_2_0_20 = [
     "acl_file",
@@ -198,7 +198,7 @@ def test_each_is_in_one_table():
         TAKEN_OF_BROKERS | TAKEN,
         CANNOT_MATTER.keys(),
         UNDECIDED.keys(),
-        UNDECIDED_OF_BRIDGES.keys() - {"addresses"},
+        UNDECIDED_OF_BRIDGES.keys() - {*ADDRESSES},
     )
     assert sum(map(len, tables)) == len(set().union(*tables))
     assert {*UNDECIDED_OF_BRIDGES} <= OF_CONNECTIONS
@@ -233,10 +233,63 @@ def test_what_is_about_access_decides_nothing_where_all_is_allowed(tmp_path, nam
     assert report(tmp_path, f"{name} {word}").verdict_words == "compatible"
 
 
+def test_what_holds_for_one_listener_is_not_taken_back_by_another(tmp_path):
+    """Of a directive of the whole broker the last counts; of those of listeners each."""
+    (tmp_path / "acl").write_text("topic readwrite #\n")
+    for name, about in UNDECIDED.items():
+        harmless = about.harmless[0] if about.harmless else None
+        if harmless is None:
+            continue
+        word = "false" if harmless == "true" else "true" if harmless == "false" else "1000"
+        lines = (ACCESS, f"{name} {word}", "listener 1884", f"{name} {harmless}")
+        verdict = report(tmp_path, *lines).verdict
+        assert (verdict == "compatible") is not about.of_listener, name
+        again = report(tmp_path, ACCESS, f"{name} {word}", f"{name} {harmless}")
+        assert again.verdict_words == "compatible", name
+
+
+@pytest.mark.skipif(not MANUAL.exists(), reason="Mosquitto is installed without its manual")
+def test_the_manual_says_which_hold_for_listeners():
+    text = gzip.decompress(MANUAL.read_bytes()).decode()
+    listeners = text[text.index('\n.SH "LISTENERS"') : text.index('\n.SH "CONFIGURING BRIDGES"')]
+    own = {name for name in UNDECIDED if re.search(rf"^\\fB{name}\\fR(?: |$)", listeners, re.MULTILINE)}
+    assert own
+    assert own <= {name for name, about in UNDECIDED.items() if about.of_listener}
+
+
+@pytest.mark.parametrize(
+    ("lines", "verdict"),
+    [
+        (("address far:1883",), "compatible"),
+        (("addresses far:1883",), "compatible"),
+        (("address far:1883 near:1883",), "unknown"),
+        (("addresses far:1883 near:1883",), "unknown"),
+    ],
+)
+def test_a_bridge_with_several_addresses_may_go_on_to_another_broker(tmp_path, lines, verdict):
+    """Mosquitto 2.0.11 takes both words alike: it goes on to the second address where the first one does not answer."""
+    (tmp_path / "far.conf").write_text("listener 1883\n")
+    (tmp_path / "design.yaml").write_text(DESIGN.decode().replace("s: {broker: main", "s: {broker: far"))
+    (tmp_path / "main.conf").write_text("\n".join(("listener 1883", "connection up", *lines, "topic t out 1")) + "\n")
+    found = check(*(tmp_path / each for each in ("design.yaml", "main.conf", "far.conf")))
+    assert found.verdict == verdict
+    assert ("MQTT948" in {each.code for each in found.findings}) is (verdict == "unknown")
+
+
+@pytest.mark.parametrize("words", [ADDRESSES, ADDRESSES[::-1], ("address", "address")])
+def test_mosquitto_refuses_a_second_line_of_addresses(tmp_path, words):
+    """By running 2.0.11: `Invalid bridge configuration`."""
+    found = report(tmp_path, "connection up", *(f"{word} far:1883" for word in words), "topic t out 1")
+    assert {(each.code, each.place.line) for each in found.findings} >= {("MQTT940", 4)}
+    assert [each.kind for each in found.coverage.unread] == ["bridge"]
+
+
 @pytest.mark.parametrize("name", UNDECIDED_OF_BRIDGES)
 def test_what_a_bridge_then_carries_is_not_known(tmp_path, name):
     about = UNDECIDED_OF_BRIDGES[name]
-    word = {"addresses": "far:1883 near:1883", "start_type": "lazy", "round_robin": "true"}.get(name, "1000")
+    word = {**dict.fromkeys(ADDRESSES, "far:1883 near:1883"), "start_type": "lazy", "round_robin": "true"}.get(
+        name, "1000"
+    )
     (tmp_path / "far.conf").write_text("listener 1883\n")
     (tmp_path / "design.yaml").write_text(DESIGN.decode().replace("s: {broker: main", "s: {broker: far"))
 
@@ -245,7 +298,7 @@ def test_what_a_bridge_then_carries_is_not_known(tmp_path, name):
         (tmp_path / "main.conf").write_text("\n".join(block) + "\n")
         return check(*(tmp_path / each for each in ("design.yaml", "main.conf", "far.conf")))
 
-    address = () if name == "addresses" else ("address far:1883",)
+    address = () if name in ADDRESSES else ("address far:1883",)
     found = checked(*address, f"{name} {word}")
     assert found.verdict == "unknown"
     assert [each.kind for each in found.coverage.unread] == ["element"]
