@@ -195,18 +195,21 @@ class QosLibraries:
 
     def leave_participants_open(self, defined: Callable[[str], bool]) -> None:
         """Leave unknown what participants take from a base that is not ``defined`` in any file."""
+        notes: dict[tuple[str, Place], ImportNote] = {}
         for element, library, participant in self.based:
             for name, where in _named_bases(element, library):
                 if _BUILT_IN.fullmatch(name) or defined(name):
                     continue
                 place, open_text = self.reading.place(where), not_set(name)
-                cause = f"the base {shown(name)} of the QoS of participants is {f'not known: {open_text}' if open_text else 'in none of the files'}"
-                # The base of a whole profile is reported by what else takes it.
-                if not open_text and part_of(element) == PARTICIPANT and self.reading.is_new(cause, place):
+                why = f"not known: {open_text}" if open_text else "in none of the files"
+                cause = f"the base {shown(name)} of the QoS of participants is {why}"
+                # The base of a whole profile is reported by what else takes it; several participants may have one base.
+                if not open_text and part_of(element) == PARTICIPANT:
                     advice = "check the file that defines it together with this one"
-                    self.reading.system.notes.append(ImportNote("CQ204", "error", cause, place, advice))
+                    notes.setdefault((name, place), ImportNote("CQ204", "error", cause, place, advice))
                 unknown = Setting(name, place, unknown=cause, reported="" if open_text else "CQ204")
                 lay_extensions(self.reading.system, unknown, ("connext", "standard"), participant)
+        self.reading.system.notes += notes.values()
 
     def not_known(self, name: str, where: Element) -> tuple[str, str] | None:
         """Why a base cannot be looked up, and the code under which that is reported; None where it can be."""

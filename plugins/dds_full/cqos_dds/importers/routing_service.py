@@ -283,10 +283,11 @@ def _text(element: Element, tag: str) -> str:
 
 def _filters(source: Element, target: Element) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """Return regular expressions of the topics that an automatic route carries, and of those that it does not; None: not known."""
-    first, second = (patterns(_text(side, "allow_topic_name_filter") or _ANY) for side in (source, target))
+    everything = patterns(_ANY)
+    first, second = (patterns(_text(side, "allow_topic_name_filter")) or everything for side in (source, target))
     both = in_both(first, second)
     if both is None:
         return None
     denied = [each for side in (source, target) for each in patterns(_text(side, "deny_topic_name_filter"))]
-    only = () if both == patterns(_ANY) else expressions(both) or ("",)
+    only = () if everything[0] in both else expressions(both) or ("",)
     return only, expressions(denied)

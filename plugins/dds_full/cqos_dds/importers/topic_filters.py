@@ -25,6 +25,8 @@ def patterns(filters: str) -> list[Pattern]:
 
 def in_both(first: Sequence[Pattern], second: Sequence[Pattern]) -> list[Pattern] | None:
     """Return patterns of the names that both filters let through; None where that takes too many of them."""
+    if first == second:
+        return [*first]
     if sum(map(len, first)) * sum(map(len, second)) > _MOST_STEPS:
         return None
     found: dict[Pattern, None] = {}
@@ -34,7 +36,7 @@ def in_both(first: Sequence[Pattern], second: Sequence[Pattern]) -> list[Pattern
             if common is None:
                 return None
             found |= dict.fromkeys(sorted(common))
-    return [*found] if len(found) <= _MOST_PATTERNS else None
+    return [*found]
 
 
 def expressions(filters: Iterable[Pattern]) -> tuple[str, ...]:

@@ -106,3 +106,10 @@ def test_the_base_of_one_participant_is_about_its_endpoints_only():
     </domain_participant_library></dds>"""
     verdicts = [cqos.check((system % own).encode()).verdict_words for own in ("", qos("", MISSING))]
     assert verdicts == ["compatible", "unknown"]
+
+
+def test_several_participants_with_one_base_are_one_finding():
+    system = """<dds><domain_participant_library name="A"><domain_participant name="b">%s</domain_participant>
+    <domain_participant name="w" base_name="b"/><domain_participant name="r" base_name="b"/></domain_participant_library></dds>"""
+    found = cqos.check((system % qos("", MISSING)).encode())
+    assert [each.code for each in found.findings].count("CQ204") == 1
