@@ -84,9 +84,11 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
 
 
 def _of_another_number(word: str, name: str) -> bool:
-    """Return whether ``name`` ends with a long number, and ``word`` is letters and another one."""
-    number = _LONG_NUMBER.search(name)
-    return number is not None and (own := _NUMBERED.fullmatch(word)) is not None and own[1] != number[0]
+    """Return whether ``name`` ends with a long number, and ``word`` is letters and another one; a digit too many or too few is an error."""
+    number, own = _LONG_NUMBER.search(name), _NUMBERED.fullmatch(word)
+    if number is None or own is None or own[1] == number[0]:
+        return False
+    return len(own[1]) == len(number[0]) or distance(own[1], number[0], 1) > 1
 
 
 _NUMBERED: Final = regular_expression(r"\D+(\d+)")

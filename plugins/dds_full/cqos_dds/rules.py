@@ -371,20 +371,25 @@ PUBLISHER_FINAL: Final = define(
 SUBSCRIBER_FINAL: Final = define(
     "types_of_subscriber_are_final", is_final(subscriber(EXTENSIBILITY), subscriber(IMPLEMENTATION))
 )
+BOTH_MUTABLE: Final = define(
+    "both_mutable", (publisher(EXTENSIBILITY) == "mutable") & (subscriber(EXTENSIBILITY) == "mutable")
+)
+NEITHER_MUTABLE: Final = define(
+    "neither_mutable", (publisher(EXTENSIBILITY) != "mutable") & (subscriber(EXTENSIBILITY) != "mutable")
+)
+BOTH_FINAL_OR_NEITHER: Final = define(
+    "both_final_or_neither", (PUBLISHER_FINAL & SUBSCRIBER_FINAL) | (~PUBLISHER_FINAL & ~SUBSCRIBER_FINAL)
+)
 TYPES_FIT: Final = define(
-    "types_of_participants_fit",
-    ((publisher(EXTENSIBILITY) == "mutable") & (subscriber(EXTENSIBILITY) == "mutable"))
-    | (
-        (publisher(EXTENSIBILITY) != "mutable")
-        & (subscriber(EXTENSIBILITY) != "mutable")
-        & ((PUBLISHER_FINAL & SUBSCRIBER_FINAL) | (~PUBLISHER_FINAL & ~SUBSCRIBER_FINAL) | BY_NAME_IN_XCDR1)
-    ),
+    "types_of_participants_fit", BOTH_MUTABLE | (NEITHER_MUTABLE & (BOTH_FINAL_OR_NEITHER | BY_NAME_IN_XCDR1))
+)
+LEFT_TO_COMPILERS: Final = define(
+    "extensibility_left_to_compilers",
+    stated(offered(TYPE_EXTENSIBILITY), OF_COMPILER) & stated(requested(TYPE_EXTENSIBILITY), OF_COMPILER),
 )
 STATED_PER_TYPE: Final = define(
     "extensibility_stated_per_type",
-    stated(offered(TYPE_EXTENSIBILITY))
-    & stated(requested(TYPE_EXTENSIBILITY))
-    & ~(stated(offered(TYPE_EXTENSIBILITY), OF_COMPILER) & stated(requested(TYPE_EXTENSIBILITY), OF_COMPILER)),
+    stated(offered(TYPE_EXTENSIBILITY)) & stated(requested(TYPE_EXTENSIBILITY)) & ~LEFT_TO_COMPILERS,
 )
 NAMES_DECIDE: Final = define(
     "names_of_types_decide",
