@@ -120,8 +120,8 @@ def test_a_workspace_of_such_a_folder_says_what_it_skipped(hostile):
 
 def test_learning_from_such_a_folder_says_what_it_skipped(hostile):
     pytest.importorskip("cqos_ros2")
-    from cqos_ros2_sources.clients import learn_clients
-    from cqos_ros2_sources.table import protocols, tables
+    from cqos_ros2_sources.walk.call_tables import protocols, tables
+    from cqos_ros2_sources.walk.clients import learn_clients
 
     for protocol in protocols():
         gaps = learn_clients(str(hostile), tables((), protocol), protocol).gaps

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.analysis.runtime_logs import explain_alone, explain_mismatches
-from cqos_core.packs.logs import LogMismatch, read_mismatches
+from cqos_core.packs.log_mismatches import LogMismatch, read_mismatches
 from tests.growth.linear import assert_linear
 from tests.made_up_protocol import CONTEXT, reader, world, writer
 

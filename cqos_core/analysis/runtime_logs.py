@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.packs.logs import LogMismatch, Occurrence
+    from cqos_core.packs.log_mismatches import LogMismatch, Occurrence
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved_endpoint import Resolved

@@ -19,7 +19,7 @@ from cqos_core.model.finding import Severity, Verdict
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Group, Report
 from cqos_core.model.style import Style
-from cqos_core.packs.logs import Occurrence, read_mismatches
+from cqos_core.packs.log_mismatches import Occurrence, read_mismatches
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

@@ -32,9 +32,9 @@ from cqos_core.matching.judge import (
     verdict_by,
 )
 from cqos_core.matching.rule_hits import MOST_COMBINATIONS, EndpointHits, Hit, add_reached, violation_key
+from cqos_core.matching.rule_value_groups import ValueGroup, ValueGroups, value_groups
 from cqos_core.matching.signal_rules import signal_hits
 from cqos_core.matching.topic_groups import GroupKey, TopicShape
-from cqos_core.matching.value_groups import ValueGroup, ValueGroups, value_groups
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER

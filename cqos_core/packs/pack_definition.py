@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.language.expression import Operand
     from cqos_core.model.code_info import CodeInfo
     from cqos_core.packs.guarantee import Proof, Unaffected
-    from cqos_core.packs.logs import ListTopic, LogMismatch
+    from cqos_core.packs.log_mismatches import ListTopic, LogMismatch
     from cqos_core.packs.presets import CommonMistake, Convention, Dialect, Preset
     from cqos_core.packs.rule import Rule
     from cqos_core.packs.wire import Wire

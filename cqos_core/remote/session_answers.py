@@ -14,10 +14,10 @@ from cqos_core.checking.session import Session
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import NAMED, System
 from cqos_core.remote.asked import decode, refusal_message, reported
-from cqos_core.remote.documents import bounded, read_system
 from cqos_core.remote.messages import change_value
 from cqos_core.remote.refusal import Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem, endpoint_problems, named_problems, part_problems
+from cqos_core.remote.request_systems import bounded, read_system
 
 
 class EditSession:

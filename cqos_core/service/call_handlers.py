@@ -23,10 +23,10 @@ from cqos_core.model.problems import CqosError, InputError
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, decode_json, least_severe, paths_of, refusal_message, reported, write_pair
 from cqos_core.remote.description import describe, elements_of
-from cqos_core.remote.documents import no_pack, read_documents, read_input, read_system
 from cqos_core.remote.messages import list_text, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
+from cqos_core.remote.request_systems import no_pack, read_documents, read_input, read_system
 from cqos_core.service.plans import repair_documents, suggest_settings
 
 if TYPE_CHECKING:

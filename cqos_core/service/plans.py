@@ -9,10 +9,10 @@ from cqos_core.checking.hypothetical_pairs import with_profiles_tried
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import CqosError, InputError, MissingError
 from cqos_core.plugins import function
-from cqos_core.remote.documents import read_documents
 from cqos_core.remote.messages import to_message
 from cqos_core.remote.refusal import Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
+from cqos_core.remote.request_systems import read_documents
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

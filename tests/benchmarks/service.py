@@ -25,7 +25,7 @@ import grpc
 
 from cqos.v1 import check_pb2, report_pb2, system_pb2
 from cqos_core.remote.asked import decode
-from cqos_core.remote.documents import read_system
+from cqos_core.remote.request_systems import read_system
 from cqos_core.service.call_handlers import answer
 from tests.service.service_process import serving
 

@@ -16,7 +16,7 @@ from cqos_core.formatters.json_report import render_json
 from cqos_core.model.settings import Setting
 from cqos_core.model.style import Style
 from cqos_core.model.system import Endpoint, Overlay, Participant, System
-from cqos_core.packs.logs import read_mismatches
+from cqos_core.packs.log_mismatches import read_mismatches
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import Final
 
 from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.system import PUBLISHER
-from cqos_core.packs.logs import LogMismatch
+from cqos_core.packs.log_mismatches import LogMismatch
 
 _PROTOCOL: Final = "dds"
 _LINE: Final = regular_expression(r"INCOMPATIBLE QOS \(topic: (?P<topic>[^)]{1,1024})\): ?(?P<said>.{1,500})")

@@ -21,7 +21,7 @@ from cqos_dds.rules import RULES
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.packs.logs import LogMismatch
+    from cqos_core.packs.log_mismatches import LogMismatch
 
 CONVENTIONS: Final = (
     Convention("DCPS*", external=True, doc="Built-in topics, which every participant writes and tools read."),

@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from cqos_core.packs.logs import read_mismatches
+from cqos_core.packs.log_mismatches import read_mismatches
 from cqos_dds.logs import read_line
 
 BEGIN = "2026-11-28 19:50:01.123 [RTPS_EDP Warning] INCOMPATIBLE QOS (topic: Cmd)"

@@ -30,7 +30,7 @@ from typing import Final
 
 from cqos_core.model.regular_expressions import regular_expression
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
-from cqos_core.packs.logs import SAME, ListTopic, LogMismatch
+from cqos_core.packs.log_mismatches import SAME, ListTopic, LogMismatch
 
 _PROTOCOL: Final = "ros2"
 _MESSAGE: Final = regular_expression(

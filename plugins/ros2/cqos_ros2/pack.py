@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.model.code_info import CodeInfo
-    from cqos_core.packs.logs import ListTopic, LogMismatch
+    from cqos_core.packs.log_mismatches import ListTopic, LogMismatch
 
 NOT_CHECKED: Final = (
     "whether access control (SROS 2) lets the endpoints talk to each other",

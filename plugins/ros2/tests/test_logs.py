@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.packs.logs import LogMismatch, read_mismatches
+from cqos_core.packs.log_mismatches import LogMismatch, read_mismatches
 from cqos_ros2.logs import read_line
 from cqos_ros2.policies import POLICIES
 

@@ -14,10 +14,10 @@ from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.packs.export import ExportContext
 from cqos_core.plugins import load_plugins
-from cqos_ros2_sources.clients import LearnedClients, learn_clients
 from cqos_ros2_sources.command import no_package, say_gaps
-from cqos_ros2_sources.packages import NoParserError
-from cqos_ros2_sources.table import protocols, tables
+from cqos_ros2_sources.programs.packages import NoParserError
+from cqos_ros2_sources.walk.call_tables import protocols, tables
+from cqos_ros2_sources.walk.clients import LearnedClients, learn_clients
 
 _ENDING = ".clients.yaml"
 _HEAD = "# `cqos learn` wrote this file from the sources"

@@ -18,8 +18,8 @@ from cqos_core.model.finding import plural
 from cqos_core.model.problems import InputError, Problem
 
 if TYPE_CHECKING:
-    from cqos_ros2_sources.node_file_maker import Learned
-    from cqos_ros2_sources.packages import Parsed
+    from cqos_ros2_sources.node_files.node_file_maker import Learned
+    from cqos_ros2_sources.programs.packages import Parsed
     from cqos_ros2_workspace.launch.workspace import Workspace
 
 
@@ -86,7 +86,7 @@ def learn(
       cqos learn firmware --output systems
       cqos learn running.yaml --package my_driver --node /robot/driver=driver_node
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    from cqos_ros2_sources.packages import Parsed
+    from cqos_ros2_sources.programs.packages import Parsed
 
     if os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises where a path is too long
         _convert(path, packages, nodes, output, unfit={"--diff": show_diff, "--calls": calls})
@@ -116,7 +116,7 @@ def learn(
 def _convert(
     path: str, packages: tuple[str, ...], nodes: tuple[str, ...], output: str | None, unfit: dict[str, Any]
 ) -> None:
-    from cqos_ros2_sources.foreign_node_files import convert
+    from cqos_ros2_sources.node_files.foreign_node_files import convert
 
     for option in (name for name, given in unfit.items() if given):
         raise WrongUsageError(f"{option} is for sources, and `{path}` is another file", f"leave {option} out")
@@ -169,8 +169,8 @@ def no_package(path: str) -> Problem:
 def _learned(
     name: str, workspace: Workspace, calls: tuple[str, ...], kept: dict[str, Any] | None, parsed: Parsed
 ) -> Learned:
-    from cqos_ros2_sources.node_file_maker import learn as learn_package
-    from cqos_ros2_sources.packages import NoParserError
+    from cqos_ros2_sources.node_files.node_file_maker import learn as learn_package
+    from cqos_ros2_sources.programs.packages import NoParserError
 
     try:
         with Progress(f"learning {name}"):
@@ -215,7 +215,7 @@ def _corrections(data: bytes) -> str:
     import yaml
 
     from cqos_core.model.encoding import decode
-    from cqos_ros2_sources.node_file_maker import HEAD
+    from cqos_ros2_sources.node_files.node_file_maker import HEAD
 
     text = decode(data)
     root = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -236,7 +236,7 @@ def _corrections(data: bytes) -> str:
 
 def _check(learned: Learned, kept: Kept) -> int:
     """Print what differs between a node file and the sources; return whether anything does."""
-    from cqos_ros2_sources.node_file_diff import differences, left_over
+    from cqos_ros2_sources.node_files.node_file_diff import differences, left_over
 
     path, document, *_ = kept
     if document is None:
@@ -283,7 +283,7 @@ def _write(learned: Learned, output: str | None, kept: Kept) -> None:
 def _refuse_misfits(path: str, text: str, corrections: dict[str, Any] | None, learned: Learned) -> None:
     """Refuse corrections of what the sources do not have, and those that refer to lines that are no longer there."""
     from cqos_core.model.source import Source
-    from cqos_ros2_sources.node_file_diff import left_over
+    from cqos_ros2_sources.node_files.node_file_diff import left_over
     from cqos_ros2_workspace.nodes.reading import read_node_file
 
     advice = "remove the correction or change its name; the file is left as it is"
@@ -308,7 +308,7 @@ def say_gaps(name: str, gaps: list[tuple[str, str, str]]) -> None:
 
 
 def _counted(learned: Learned) -> str:
-    from cqos_ros2_sources.node_file_maker import counts
+    from cqos_ros2_sources.node_files.node_file_maker import counts
 
     found = counts(learned.document)
     text = f"{plural(found.nodes, 'node')}, {plural(found.endpoints, 'endpoint')}"

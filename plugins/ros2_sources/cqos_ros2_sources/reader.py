@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.model.optional_features import missing
-from cqos_ros2_sources.node_file_maker import learn
-from cqos_ros2_sources.packages import NoParserError, Parsed
+from cqos_ros2_sources.node_files.node_file_maker import learn
+from cqos_ros2_sources.programs.packages import NoParserError, Parsed
 
 if TYPE_CHECKING:
-    from cqos_ros2_sources.node_file_maker import Learned
+    from cqos_ros2_sources.node_files.node_file_maker import Learned
     from cqos_ros2_workspace.launch.workspace import Workspace
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_ros2_sources.node_file_maker import Learned, learn
+from cqos_ros2_sources.node_files.node_file_maker import Learned, learn
 from cqos_ros2_workspace.launch.workspace import find_packages
 
 if TYPE_CHECKING:

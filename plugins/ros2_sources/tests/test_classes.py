@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cqos_ros2_sources.node_file_maker import learn
+from cqos_ros2_sources.node_files.node_file_maker import learn
 from cqos_ros2_workspace.launch.workspace import find_packages
 
 PUB = "create_publisher<std_msgs::msg::String>"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from cqos_core.cli.app import run as command
-from cqos_ros2_sources.clients import learn_clients
-from cqos_ros2_sources.table import tables
+from cqos_ros2_sources.walk.call_tables import tables
+from cqos_ros2_sources.walk.clients import learn_clients
 
 pytestmark = pytest.mark.usefixtures("parser")
 

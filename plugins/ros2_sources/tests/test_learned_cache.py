@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from cqos_ros2_sources import node_file_maker, packages
+from cqos_ros2_sources.node_files import node_file_maker
+from cqos_ros2_sources.programs import packages
 
 CODE = "import rclpy\nfrom std_msgs.msg import String\ndef main():\n    node = rclpy.create_node('n')\n    node.create_publisher(String, 'a', 3)\n"
 FILES = {

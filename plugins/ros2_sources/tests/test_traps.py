@@ -209,7 +209,7 @@ def test_other_names_of_types(cpp):
 
 def test_parameters_of_other_packages_do_not_count(tmp_path, parser):
     """T20, T21: a base class of another package counts, a parameter of one does not."""
-    from cqos_ros2_sources.node_file_maker import learn
+    from cqos_ros2_sources.node_files.node_file_maker import learn
     from cqos_ros2_workspace.launch.workspace import find_packages
 
     files = {

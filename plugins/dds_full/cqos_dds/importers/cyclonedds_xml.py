@@ -12,7 +12,7 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.system import Overlay
 from cqos_dds.implementations import CYCLONE_DDS
 from cqos_dds.importers.leases import LEASE
-from cqos_dds.importers.unmodelled import CYCLONE, lay_over_participants
+from cqos_dds.importers.unmodelled_elements import CYCLONE, lay_over_participants
 from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, not_set
 
 if TYPE_CHECKING:

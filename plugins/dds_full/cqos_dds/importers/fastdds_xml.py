@@ -19,7 +19,7 @@ from cqos_dds.extension_policies import TOPIC_KIND
 from cqos_dds.importers.leases import FAST as FAST_LEASE
 from cqos_dds.importers.leases import ParticipantProfile, lay_leases, lease_in
 from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC, OF_PROFILES
-from cqos_dds.importers.unmodelled import FAST, FAST_PARTICIPANT, FAST_SECTIONS, lay_over_participants
+from cqos_dds.importers.unmodelled_elements import FAST, FAST_PARTICIPANT, FAST_SECTIONS, lay_over_participants
 from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, flag, not_set
 from cqos_dds.kept_policies import (
     MAX_INSTANCES,

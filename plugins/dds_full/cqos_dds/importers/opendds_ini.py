@@ -16,7 +16,7 @@ from cqos_core.model.system import Overlay, Part
 from cqos_core.packs.file_importer import FileImporter
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.leases import LEASE
-from cqos_dds.importers.unmodelled import OPENDDS, lay_over_participants
+from cqos_dds.importers.unmodelled_elements import OPENDDS, lay_over_participants
 
 if TYPE_CHECKING:
     from cqos_core.model.source import ReadContext, Source

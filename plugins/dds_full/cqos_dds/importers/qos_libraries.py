@@ -27,7 +27,7 @@ from cqos_dds.importers.policy_forms import (
     SPELLINGS,
     WRITER,
 )
-from cqos_dds.importers.unmodelled import DDS_XML_PARTICIPANT, lay_extensions, lay_over_participants
+from cqos_dds.importers.unmodelled_elements import DDS_XML_PARTICIPANT, lay_extensions, lay_over_participants
 from cqos_dds.importers.xml_values import flag, not_set
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS

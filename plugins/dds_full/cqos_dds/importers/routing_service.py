@@ -20,7 +20,7 @@ from cqos_dds.importers.leases import LEASE
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PARTICIPANT, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import part_of
 from cqos_dds.importers.topic_filters import expressions, in_both, patterns
-from cqos_dds.importers.unmodelled import leave_losses_open
+from cqos_dds.importers.unmodelled_elements import leave_losses_open
 from cqos_dds.importers.xml_values import not_set
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from cqos_core.packs.qos_keys import looks_like_qos
 from cqos_core.packs.xml_importer import XmlImporter
 from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
-from cqos_dds.importers.unmodelled import DDS_XML, leave_losses_open, leave_unknown
+from cqos_dds.importers.unmodelled_elements import DDS_XML, leave_losses_open, leave_unknown
 from cqos_dds.requested_policies import DATA_REPRESENTATION
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from cqos_dds.importers.policy_forms import (
     FAST_TOPIC,
     OMG,
 )
-from cqos_dds.importers.unmodelled import (
+from cqos_dds.importers.unmodelled_elements import (
     CYCLONE,
     DDS_XML,
     DDS_XML_PARTICIPANT,

@@ -17,7 +17,7 @@ from cqos_core.model.settings import Place
 from cqos_core.model.system import Broker, ProfileRef
 from cqos_core.packs.file_importer import FileImporter
 from cqos_mqtt.importers.codes import CODES
-from cqos_mqtt.importers.seen import SeenClient, fill
+from cqos_mqtt.importers.seen_clients import SeenClient, fill
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,7 +12,7 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.system import Overlay
 from cqos_core.packs.xml_importer import XmlImporter
 from cqos_ros2.importers.codes import CODES
-from cqos_ros2.importers.unmodelled import CYCLONE, lay_over_nodes
+from cqos_ros2.importers.unmodelled_elements import CYCLONE, lay_over_nodes
 from cqos_ros2.policies import PARTICIPANT_LEASE
 
 if TYPE_CHECKING:

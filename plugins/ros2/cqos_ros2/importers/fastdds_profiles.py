@@ -16,7 +16,7 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.xml_importer import XmlImporter
-from cqos_ros2.importers.unmodelled import FAST_PARTICIPANT
+from cqos_ros2.importers.unmodelled_elements import FAST_PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -17,7 +17,7 @@ from cqos_core.model.settings import Place, Setting, Settings
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Role
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.fastdds_profiles import MOST_OF_ONE, FastDdsProfile, read_fastdds_profiles
-from cqos_ros2.importers.unmodelled import lay_over_nodes
+from cqos_ros2.importers.unmodelled_elements import lay_over_nodes
 from cqos_ros2.policies import DEADLINE, PARTICIPANT_LEASE
 from cqos_ros2.types import has_wildcard
 

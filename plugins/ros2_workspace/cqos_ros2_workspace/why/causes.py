@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.model.finding import Finding
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.packs.logs import Occurrence
+    from cqos_core.packs.log_mismatches import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_ros2_workspace.system_join import Join, JoinedNode
     from cqos_ros2_workspace.why.security import Access

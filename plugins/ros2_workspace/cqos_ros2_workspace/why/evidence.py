@@ -15,7 +15,7 @@ from cqos_core.files.source_reader import with_own
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.packs.logs import read_mismatches
+from cqos_core.packs.log_mismatches import read_mismatches
 from cqos_ros2.importers.topic_info import type_hashes
 from cqos_ros2.logs import read_line
 from cqos_ros2.types import full_type_name
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.input_reader import InputReader
     from cqos_core.model.system import System
-    from cqos_core.packs.logs import Occurrence
+    from cqos_core.packs.log_mismatches import Occurrence
     from cqos_core.resolving.resolved_endpoint import Resolved
     from cqos_ros2_workspace.launch.launch_result import Launched
     from cqos_ros2_workspace.system_join import Join

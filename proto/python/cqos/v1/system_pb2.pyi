@@ -1027,6 +1027,7 @@ class Overlay(_message.Message):
     DIALECT_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     ROOM_FIELD_NUMBER: _builtins.int
+    ADVICE_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Its name in messages."""
     role: _report_pb2.Role.ValueType
@@ -1041,6 +1042,8 @@ class Overlay(_message.Message):
     """Id of a rule pack."""
     dialect: _builtins.str
     """The dialect of the rule pack for the settings; `yaml` if not stated."""
+    advice: _builtins.str
+    """What to write where it covers no endpoint."""
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """Its settings."""
@@ -1081,10 +1084,11 @@ class Overlay(_message.Message):
         dialect: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
         room: Global___Room | None = ...,
+        advice: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "dialect", b"dialect", "entity", b"entity", "participant", b"participant", "place", b"place", "protocol", b"protocol", "room", b"room", "topic", b"topic", "when", b"when"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "dialect", b"dialect", "entity", b"entity", "fills", b"fills", "name", b"name", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "topic", b"topic", "when", b"when"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "advice", b"advice", "dialect", b"dialect", "entity", b"entity", "fills", b"fills", "name", b"name", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "topic", b"topic", "when", b"when"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__dialect: _TypeAlias = _typing.Literal["dialect"]  # noqa: Y015
     _WhichOneofArgType__dialect: _TypeAlias = _typing.Literal["_dialect", b"_dialect"]  # noqa: Y015

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import System
     from cqos_live.dds.snapshot.discovery import Discovery
-    from cqos_live.dds.snapshot.seen import Seen
+    from cqos_live.dds.snapshot.seen_endpoints import Seen
 
 _HIGHEST_DOMAIN: Final = 232
 

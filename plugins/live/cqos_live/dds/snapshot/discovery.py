@@ -27,7 +27,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
 from cqos_core.packs import INFINITE
 from cqos_dds.pack import PACK
 from cqos_live.dds.snapshot.ros_nodes import RosNodes
-from cqos_live.dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
+from cqos_live.dds.snapshot.seen_endpoints import Seen, SeenEndpoint, SeenParticipant, SeenTopic
 
 VENDORS: Final = {
     "0101": "connext",

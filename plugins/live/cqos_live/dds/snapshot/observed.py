@@ -15,14 +15,14 @@ from cqos_core.files.export import unique_name
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, System, Topic, endpoint_id, numbered
 from cqos_live.dds.snapshot import ros
-from cqos_live.dds.snapshot.seen import SeenParticipant
+from cqos_live.dds.snapshot.seen_endpoints import SeenParticipant
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.model.system import Role
     from cqos_live.dds.snapshot.ros import RosName
-    from cqos_live.dds.snapshot.seen import Seen, SeenEndpoint, SeenNode
+    from cqos_live.dds.snapshot.seen_endpoints import Seen, SeenEndpoint, SeenNode
 
 PROTOCOL: Final = "dds"
 _SERVICES: Final[dict[tuple[str, Role], str]] = {

@@ -17,7 +17,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from cqos_live.dds.snapshot.seen import SeenNode
+from cqos_live.dds.snapshot.seen_endpoints import SeenNode
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

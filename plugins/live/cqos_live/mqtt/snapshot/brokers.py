@@ -17,7 +17,7 @@ from urllib.parse import quote, urljoin, urlsplit
 from urllib.request import Request, urlopen
 
 from cqos_core.model.problems import CqosError, describe
-from cqos_mqtt.importers.seen import SeenClient
+from cqos_mqtt.importers.seen_clients import SeenClient
 
 _SECONDS: Final = 30
 _MOST_BYTES: Final = 64 * 1024 * 1024

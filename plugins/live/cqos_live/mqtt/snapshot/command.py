@@ -29,7 +29,7 @@ from cqos_live.mqtt.snapshot.brokers import BROKERS, Interface, clients_of
 from cqos_live.snapshots import check_snapshot, snapshot_options, write_snapshot
 from cqos_mqtt.importers import mosquitto_log
 from cqos_mqtt.importers.dynamic_security import UnclearAccessError, access_of, users_of
-from cqos_mqtt.importers.seen import fill
+from cqos_mqtt.importers.seen_clients import fill
 
 
 @click.command(

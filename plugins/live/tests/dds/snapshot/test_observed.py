@@ -11,7 +11,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role
 from cqos_live.dds.snapshot import ros
 from cqos_live.dds.snapshot.observed import system_of
 from cqos_live.dds.snapshot.ros import RosName, demangled
-from cqos_live.dds.snapshot.seen import Seen, SeenEndpoint, SeenNode, SeenParticipant, SeenTopic
+from cqos_live.dds.snapshot.seen_endpoints import Seen, SeenEndpoint, SeenNode, SeenParticipant, SeenTopic
 
 STRING = "std_msgs::msg::dds_::String_"
 PLAIN = {"data_representation": "[xcdr1]", "ownership": "shared", "partition": "[]", "durability": "volatile"}

@@ -12,7 +12,7 @@ if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
 from cqos_live.dds.snapshot.ros_nodes import decoded
-from cqos_live.dds.snapshot.seen import SeenNode
+from cqos_live.dds.snapshot.seen_endpoints import SeenNode
 
 names = st.text("abc_/", max_size=9)
 guids = st.uuids()

@@ -1,0 +1,1 @@
+"""Sources of C++ and Python as programs of one form."""

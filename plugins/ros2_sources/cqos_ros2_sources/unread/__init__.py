@@ -1,0 +1,1 @@
+"""Parts of programs that no walk followed."""
