@@ -125,7 +125,10 @@ def light_projects() -> list[Path]:
 
 def project_name(folder: Path) -> str:
     """Return the name of a distribution."""
-    return re.findall(r'^name = "(.+)"', (folder / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)[0]
+    names: list[str] = re.findall(
+        r'^name = "(.+)"', (folder / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    return names[0]
 
 
 def needed_names(folder: Path) -> set[str]:

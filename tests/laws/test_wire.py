@@ -15,9 +15,9 @@ from cqos_core.model.settings import Setting
 from cqos_core.model.source import ReadContext, Source
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, System
 from cqos_core.packs.guarantee import LINK
-from cqos_dds.importers import unmodelled as dds
+from cqos_dds.importers import unmodelled_elements as dds
 from cqos_dds.pack import PACK as DDS
-from cqos_ros2.importers import unmodelled as ros2
+from cqos_ros2.importers import unmodelled_elements as ros2
 from cqos_ros2.importers.fastdds_xml import read as read_fastdds_xml
 from cqos_ros2.pack import PACK as ROS2
 from cqos_ros2.wire import WIRE

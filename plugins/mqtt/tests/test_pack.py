@@ -521,7 +521,7 @@ participants:
 
 @pytest.mark.parametrize(("broker", "verdict"), [("rabbitmq_3_10", "unknown"), ("mosquitto", "compatible")])
 def test_how_many_levels_dots_make_in_a_pattern_of_topics_is_not_known(broker, verdict):
-    clients = {"p": {"publishes": {"a.b/c": {}}}, "s": {"subscribes": {"a.b/+": {}}}}
+    clients: dict[str, object] = {"p": {"publishes": {"a.b/c": {}}}, "s": {"subscribes": {"a.b/+": {}}}}
     system = read(text(brokers={"main": {"profile": broker}}, participants=clients), importer="yaml")
     system.endpoints[0] = replace(system.endpoints[0], topic="a.b/+", kind=PATTERN)
     assert check(system).verdict == verdict

@@ -122,7 +122,7 @@ def test_an_override_without_effect_names_the_switch(wanted, other, node):
     over = read_source(Source("o.yaml", b"/imu: {depth: 3}\n"), "rosbag2_overrides", switches)
     (finding,) = (each for each in check(over).findings if each.code == "CQ214")
     assert f"`{node}`" in finding.message
-    assert f"for the {other} read it with `--switch rosbag2.as={other}`" in finding.help
+    assert f"for the {other} read it with `--switch rosbag2.as={other}`" in str(finding.help)
 
 
 def test_unknown_can_be_written_but_not_created():
