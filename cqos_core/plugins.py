@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
     from cqos_core.model.source import Claim, Inserter, Reader
     from cqos_core.model.style import Style
-    from cqos_core.packs.drawing_form import DrawnForm
+    from cqos_core.packs.drawing_notation import DrawnForm
     from cqos_core.packs.export import Writer
     from cqos_core.packs.pack import RulePack
 
@@ -453,7 +453,7 @@ def _read_pack_file(path: str) -> RulePack:
     from pathlib import Path
 
     from cqos_core.model.source import Source
-    from cqos_core.packs.pack_file import read_pack
+    from cqos_core.packs.pack_yaml import read_pack
 
     return read_pack(Source(path, Path(path).read_bytes()))
 

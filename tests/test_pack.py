@@ -17,9 +17,9 @@ from cqos_core.language.vocabulary import Function
 from cqos_core.model.problems import PackError
 from cqos_core.packs.catalogue import column_form, describe_pack, rule_table
 from cqos_core.packs.pack import RulePack
+from cqos_core.packs.pack_validation import KEPT
 from cqos_core.packs.presets import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
-from cqos_core.packs.validation import KEPT
 from cqos_core.plugins import load_plugins
 from tests.made_up_protocol import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
 from tests.made_up_protocol import checked as check_parts

@@ -21,7 +21,7 @@ from cqos_core.model.source import Source
 from cqos_core.model.system import Endpoint, Participant, System
 from cqos_core.packs.catalogue import describe_pack
 from cqos_core.packs.pack import RulePack
-from cqos_core.packs.pack_file import read_pack
+from cqos_core.packs.pack_yaml import read_pack
 from cqos_core.packs.presets import Convention, Dialect, Preset
 from cqos_core.packs.property_panel import Panel
 from cqos_core.packs.rule import forbids, matched_if, requires

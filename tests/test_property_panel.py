@@ -7,7 +7,7 @@ import pytest
 from cqos_core.model.problems import InputError
 from cqos_core.model.source import Source
 from cqos_core.packs.moddle import drawing_settings, moddle
-from cqos_core.packs.pack_file import read_pack
+from cqos_core.packs.pack_yaml import read_pack
 from cqos_core.packs.property_panel import describe_panel, headings, values_of
 from cqos_core.plugins import load_plugins, named
 

@@ -13,9 +13,9 @@ from cqos_core.behaviour.components import components
 from cqos_core.checking.acceptance import AcceptanceIndex
 from cqos_core.checking.findings import FindingDraft
 from cqos_core.checking.topic_check import check_topic
+from cqos_core.matching.cross_protocol_topics import topics
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.matching.topic_groups import naming_endpoints
-from cqos_core.matching.wire import topics
 from cqos_core.model.core_findings import core_finding
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.finding import Finding, TextEnum, Verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
-from cqos_core.behaviour.wait_times import shortest_times
+from cqos_core.behaviour.least_wait_times import shortest_times
 
 _DEEPEST: Final = 12
 """The most nested loops in one node; deeper ones count as unknown."""

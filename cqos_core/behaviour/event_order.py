@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable, Iterator
 from typing import Final
 
 from cqos_core.behaviour.graph import ENTERED, Graph, Wiring, link_catches
-from cqos_core.behaviour.wait_times import WaitTimes, shortest_times, timer_wait
+from cqos_core.behaviour.least_wait_times import WaitTimes, shortest_times, timer_wait
 from cqos_core.model.flow import WITHIN
 from cqos_core.model.grouping import grouped
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.components import components, turns
 from cqos_core.behaviour.graph import ENTERED
-from cqos_core.behaviour.wait_times import WaitTimes, timer_wait
+from cqos_core.behaviour.least_wait_times import WaitTimes, timer_wait
 from cqos_core.language.values import INFINITE
 from cqos_core.model.dataclass import dataclass
 

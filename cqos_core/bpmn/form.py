@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.packs.drawing_form import DrawnAttribute, DrawnForm, DrawnOwner, DrawnWord
+from cqos_core.packs.drawing_notation import DrawnAttribute, DrawnForm, DrawnOwner, DrawnWord
 
 _TRUTH: Final = ("true", "false")
 BOUNDS: Final = ("exactly", "at_least", "at_most", "not")

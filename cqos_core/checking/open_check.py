@@ -22,7 +22,7 @@ from cqos_core.checking.checker import (
 )
 from cqos_core.checking.topic_check import check_topic
 from cqos_core.checking.unmatched_endpoints import read_of_topic, unmatched_endpoints
-from cqos_core.matching.wire import meet_by_name
+from cqos_core.matching.cross_protocol_topics import meet_by_name
 from cqos_core.model.changes import Counts
 from cqos_core.model.grouping import grouped
 

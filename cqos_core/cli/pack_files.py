@@ -25,7 +25,7 @@ def read_packs(paths: Iterable[str]) -> list[RulePack]:
     problems: list[Problem] = []
     for path in paths:
         # pydantic, which it needs, is slow to import.
-        from cqos_core.packs.pack_file import read_pack
+        from cqos_core.packs.pack_yaml import read_pack
 
         try:
             packs.append(read_pack(read_path(path)))

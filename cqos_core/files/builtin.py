@@ -43,7 +43,7 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
     writer = "cqos_core.files.yaml_writer:write"
     register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
     summary = "a BPMN model with its QoS as attributes in words"
-    register(ExporterInfo("bpmn", summary, ".bpmn", "cqos_core.files.bpmn_writer:write"))
+    register(ExporterInfo("bpmn", summary, ".bpmn", "cqos_core.files.bpmn_qos_writer:write"))
 
 
 @hookimpl

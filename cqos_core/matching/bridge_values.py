@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import START_ORDER, Anything, Depends, FromPeers, is_plain
+from cqos_core.matching.cross_protocol_topics import topics
 from cqos_core.matching.hops import Hop, PeerIndex
 from cqos_core.matching.pair_guarantees import guarantees_of
 from cqos_core.matching.peer_values import PUBLISHERS_FIRST, SUBSCRIBERS_FIRST, combine, lone
-from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.settings import Setting
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.domains import as_text
-from cqos_core.matching.wire import topics
+from cqos_core.matching.cross_protocol_topics import topics
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.settings import Place, Setting

@@ -10,7 +10,7 @@ from cqos_core.packs.property_panel import panel_settings
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.packs.drawing_form import DrawnForm, DrawnOwner
+    from cqos_core.packs.drawing_notation import DrawnForm, DrawnOwner
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.property_panel import SettingSpelling
 

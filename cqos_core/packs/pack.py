@@ -41,7 +41,7 @@ class RulePack(PackDefinition):
         """
         if self.validated:
             return
-        from cqos_core.packs.validation import validate
+        from cqos_core.packs.pack_validation import validate
 
         validate(self)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.language.policy import Policy
-    from cqos_core.packs.drawing_form import DrawnForm, DrawnOwner
+    from cqos_core.packs.drawing_notation import DrawnForm, DrawnOwner
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.presets import Preset
     from cqos_core.packs.property_panel import Panel, SettingSpelling

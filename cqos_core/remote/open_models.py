@@ -23,11 +23,11 @@ from cqos_core.plugins import load_plugins
 from cqos_core.remote.asked import decode, least_severe, paths_of, refusal_message
 from cqos_core.remote.catalogue import versions
 from cqos_core.remote.description import DescribedEndpoint, describe, described_endpoints
+from cqos_core.remote.edit_session import OpenNames, answer_with, changed
 from cqos_core.remote.messages import EVERYTHING, below, report_message, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem
 from cqos_core.remote.request_systems import read_documents, read_system
-from cqos_core.remote.session_answers import OpenNames, answer_with, changed
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Report

@@ -31,9 +31,9 @@ from starlette.routing import Mount, Route
 from cqos_core.model.problems import CqosError
 from cqos_core.remote.refusal import Refused
 from cqos_core.service import named_files, static_page
+from cqos_core.service.browser_connections import ABORT, KEPT_SECONDS, Connections, idle_timeout_protocol
 from cqos_core.service.call_dispatch import internal_error
 from cqos_core.service.call_handlers import EDIT, METHODS, PAIRS
-from cqos_core.service.connections import ABORT, KEPT_SECONDS, Connections, idle_timeout_protocol
 from cqos_core.service.open_sessions import REQUESTS, SESSIONS
 from cqos_core.service.settings import CertificateFiles, address_text, split_address
 from cqos_core.service.telemetry import REQUEST_ID

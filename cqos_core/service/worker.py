@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from cqos_core.model.garbage_collection import collect_new_objects_only
+from cqos_core.remote.edit_session import EditSession
 from cqos_core.remote.open_models import OpenModel
 from cqos_core.remote.refusal import Refused, too_much
-from cqos_core.remote.session_answers import EditSession
 from cqos_core.service import worker_frames
 from cqos_core.service.call_handlers import METHODS, answer, answer_json, answer_of_stream
 

@@ -20,9 +20,9 @@ from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.remote.refusal import CALLER_QUOTA, Refused
 from cqos_core.service import grpc_server
+from cqos_core.service.browser_connections import Connections, IdleTimeoutProtocol
 from cqos_core.service.call_dispatch import CallDispatcher
 from cqos_core.service.caller_quotas import caller_address
-from cqos_core.service.connections import Connections, IdleTimeoutProtocol
 from cqos_core.service.fair_scheduler import FairPool
 from cqos_core.service.settings import Limits, Settings
 from cqos_core.service.telemetry import Telemetry

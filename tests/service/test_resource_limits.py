@@ -16,9 +16,9 @@ import grpc
 import pytest
 
 from cqos_core.remote.refusal import Refused
+from cqos_core.service.browser_connections import IdleTimeoutProtocol
 from cqos_core.service.call_dispatch import CallDispatcher
 from cqos_core.service.caller_quotas import Callers, SharedBytes
-from cqos_core.service.connections import IdleTimeoutProtocol
 from cqos_core.service.settings import Limits, Settings
 from cqos_core.service.telemetry import Meter, Telemetry
 from cqos_core.service.web_server import WebServer

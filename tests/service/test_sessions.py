@@ -34,8 +34,8 @@ from cqos_core.model.system import (
     Topic,
 )
 from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError
+from cqos_core.remote.edit_session import EditSession, difference
 from cqos_core.remote.messages import report_message
-from cqos_core.remote.session_answers import EditSession, difference
 from cqos_core.remote.sessions import followed
 from tests.effort import EXAMPLES
 from tests.test_messages import reports

@@ -15,7 +15,7 @@ from cqos_core.matching.pipeline import CheckContext, context
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.source import Source
-from cqos_core.packs.pack_file import read_pack
+from cqos_core.packs.pack_yaml import read_pack
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.config import CONFIG
 from cqos_core.files.schema import system_schema
 from cqos_core.model.dataclass import dataclass
-from cqos_core.packs.pack_file import PackModel
+from cqos_core.packs.pack_yaml import PackModel
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

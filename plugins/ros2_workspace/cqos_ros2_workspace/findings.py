@@ -23,7 +23,7 @@ from cqos_ros2_workspace.node_places import started
 from cqos_ros2_workspace.nodes.endpoint_templates import MISSPELT, VERBS
 from cqos_ros2_workspace.nodes.library import LEARNED
 from cqos_ros2_workspace.nodes.version_fit import ANOTHER
-from cqos_ros2_workspace.open_ends import open_ends
+from cqos_ros2_workspace.one_sided_topics import open_ends
 from cqos_ros2_workspace.system_join import UNKNOWN_POLICY
 from cqos_ros2_workspace.unread_nodes import NODE, number_of_nodes, unread_nodes
 

@@ -10,11 +10,11 @@ from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.settings import Place
 from cqos_core.model.source import OPTIONS, VARIABLES, no_files
 from cqos_core.packs import normalise
+from cqos_ros2_workspace.caller_paths import opened, spell
 from cqos_ros2_workspace.findings import notes
 from cqos_ros2_workspace.launch.entry_point import argument, entry_point
 from cqos_ros2_workspace.launch.launch_evaluation import launch
 from cqos_ros2_workspace.nodes.library import Library
-from cqos_ros2_workspace.spelling import opened, spell
 from cqos_ros2_workspace.system_join import join
 
 if TYPE_CHECKING:

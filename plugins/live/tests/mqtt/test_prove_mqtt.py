@@ -12,7 +12,7 @@ from cqos_live.mqtt.prove import packets
 from cqos_live.mqtt.prove.mosquitto import program
 from cqos_live.mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection
 from cqos_live.prove.outcomes import not_seen
-from cqos_mqtt.runnable import ensure_runnable
+from cqos_mqtt.runnable_pairs import ensure_runnable
 
 
 @pytest.mark.parametrize("value", [0, 1, 127, 128, 16_383, 16_384, 2_097_151, 2_097_152, 268_435_455])

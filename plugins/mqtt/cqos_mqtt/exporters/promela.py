@@ -11,7 +11,7 @@ from cqos_core.matching.pipeline import CheckContext
 from cqos_core.packs.export import Exported
 from cqos_core.packs.prover import NotRunnableError
 from cqos_mqtt.promela.constants import body, of_pair, words
-from cqos_mqtt.runnable import ensure_runnable
+from cqos_mqtt.runnable_pairs import ensure_runnable
 
 if TYPE_CHECKING:
     from cqos_core.model.system import System

@@ -13,7 +13,7 @@ from cqos_mqtt import connection_policies as of_connection
 from cqos_mqtt import endpoint_policies as of
 from cqos_mqtt import policies as of_deployment
 from cqos_mqtt.names import hears
-from cqos_mqtt.runnable import known
+from cqos_mqtt.runnable_pairs import known
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,7 +13,7 @@ from typing import Final
 
 from cqos_core.packs.prover import FAULTS, Event, NotRunnableError, Outcome, Plan
 from cqos_mqtt.promela.constants import MESSAGES, Scene, model, needs_of, scenes
-from cqos_mqtt.runnable import ensure_runnable
+from cqos_mqtt.runnable_pairs import ensure_runnable
 
 _DEPTHS: Final = (80, 120, 160, 220, 300)
 """Bounds of the search for a shorter counterexample, once there is one."""

@@ -6,7 +6,7 @@ from html import escape
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.names import POLICY_NAMES, fold
-from cqos_core.files.bpmn_writer import DIALECT, diagram_of, restate
+from cqos_core.files.bpmn_qos_writer import DIALECT, diagram_of, restate
 from cqos_core.files.export import endpoints_of_pack
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT

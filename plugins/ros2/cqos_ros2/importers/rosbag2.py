@@ -27,7 +27,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant,
 from cqos_core.packs import Policy, normalise
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.configuration import RosFile, as_flag
-from cqos_ros2.importers.embedded import read_embedded
+from cqos_ros2.importers.nested_yaml import read_embedded
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,
     DEADLINE,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from cqos_ros2_sources.node_files.node_facts import DIRECTIONS
+from cqos_ros2_sources.node_files.node_entries import DIRECTIONS
 from cqos_ros2_workspace.nodes.endpoint_templates import VERBS
 
 PARTS = {"nodes": "node", "fragments": "class"}

@@ -11,7 +11,7 @@ import yaml
 
 from cqos_core.model.source import Source
 from cqos_ros2_sources.node_files.learned_cache import keep, kept, key_of
-from cqos_ros2_sources.node_files.node_facts import DIRECTIONS, facts
+from cqos_ros2_sources.node_files.node_entries import DIRECTIONS, facts
 from cqos_ros2_sources.programs.packages import Parsed, read_package
 from cqos_ros2_sources.walk.call_tables import tables
 from cqos_ros2_sources.walk.package_walk import explore

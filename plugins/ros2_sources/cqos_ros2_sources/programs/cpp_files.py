@@ -16,7 +16,6 @@ from cqos_ros2_sources.programs.cpp_expressions import (
     returned_type,
     text_of,
 )
-from cqos_ros2_sources.programs.cpp_preprocessor_branches import TRANSPARENT, taken
 from cqos_ros2_sources.programs.cpp_statements import block, declared_in, initial_value
 from cqos_ros2_sources.programs.names import fits, last_part
 from cqos_ros2_sources.programs.program import (
@@ -25,6 +24,7 @@ from cqos_ros2_sources.programs.program import (
     Function,
     NotFollowed,
 )
+from cqos_ros2_sources.programs.ros_version_branches import TRANSPARENT, taken
 
 if TYPE_CHECKING:
     from tree_sitter import Node, Parser

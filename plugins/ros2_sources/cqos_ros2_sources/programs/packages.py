@@ -215,7 +215,7 @@ def read_cpp(paths: list[str], workspace: Workspace, program: Program) -> None:
 
     try:
         from cqos_ros2_sources.programs.cpp_files import complete, parser, read_definitions
-        from cqos_ros2_sources.programs.cpp_macros import divided, read_macros, without_lines
+        from cqos_ros2_sources.programs.cpp_preprocessor import divided, read_macros, without_lines
         from cqos_ros2_sources.programs.cpp_statements import block
 
         parse = parser()

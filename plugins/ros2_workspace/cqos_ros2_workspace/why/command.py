@@ -61,7 +61,7 @@ def why(
       cqos why topic_info.txt /map --log ~/.ros/log/launch.log
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_ros2_workspace.why.causes import CAUSES
-    from cqos_ros2_workspace.why.evidence import evidence
+    from cqos_ros2_workspace.why.topic_facts import evidence
 
     if log == STDIN and (STDIN in paths or sys.stdin is None):
         raise WrongUsageError("standard input is read for a path, or closed", "write the path of the log", ctx)

@@ -20,7 +20,7 @@ from cqos_mqtt import connection_policies as of_connection
 from cqos_mqtt import endpoint_policies as of
 from cqos_mqtt import policies as of_deployment
 from cqos_mqtt.kinds import LONGEST, Access
-from cqos_mqtt.runnable import ensure_runnable, known
+from cqos_mqtt.runnable_pairs import ensure_runnable, known
 from cqos_mqtt.sessions import EVERY_USER, NO_USER
 
 _SECOND: Final = 1_000_000_000

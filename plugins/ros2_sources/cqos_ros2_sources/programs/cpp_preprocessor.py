@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_ros2_sources.programs.cpp_expressions import text_of
-from cqos_ros2_sources.programs.cpp_preprocessor_branches import parts_of
 from cqos_ros2_sources.programs.cpp_statements import declared_in
 from cqos_ros2_sources.programs.program import Function, Literal, Return, Variable
+from cqos_ros2_sources.programs.ros_version_branches import parts_of
 
 if TYPE_CHECKING:
     from tree_sitter import Node, Parser
